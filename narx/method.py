@@ -105,7 +105,7 @@ class OrientationMethod(ABC):
         MethodNotApplicableError
             If the recording lacks something that the method needs.
         """
-        there = np.isfinite(signals.axis_rates_rad_s).all(axis=1)
+        there: NDArray[np.bool_] = np.asarray(np.isfinite(signals.axis_rates_rad_s).all(axis=1))
         if self.needs_accelerometer:
             there &= np.isfinite(signals.specific_force_m_s2).all(axis=1)
         if there.all():
