@@ -1,0 +1,41 @@
+# make benchmark   set up .venv, then the main job on the embedded data
+# make test        lint, types, docstrings, tests with coverage
+# make speed       add the peers, then the speed benchmark
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+# exact versions; torch is pinned there because an open range fetches gigabytes of CUDA
+PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
+OVERRIDES ?=
+
+.PHONY: benchmark test lint speed clean
+
+benchmark: $(VENV)/.run
+	$(BIN)/python -m experiments.benchmark $(OVERRIDES)
+
+test: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/pytest -n 2 --dist worksteal --cov --cov-report=term:skip-covered --durations=10
+
+speed: $(VENV)/.peers
+	$(BIN)/python -m experiments.speed $(OVERRIDES)
+
+# torch goes first: with it installed, no other package can ask for another build
+$(VENV)/.run: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) torch
+	$(PIP) --editable .
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.run
+	$(PIP) --editable ".[dev,filters,onnx]"
+	touch $@
+
+$(VENV)/.peers: $(VENV)/.run
+	$(PIP) --editable ".[peers]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) outputs multirun .coverage .pytest_cache .mypy_cache .ruff_cache
