@@ -1,0 +1,128 @@
+"""What every source of trials has in common: an index that can be filtered, and lazy loading."""
+
+import copy
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator
+from typing import ClassVar
+
+import pandas as pd
+
+from narx.errors import UserError
+from narx.recording import Trial
+
+INDEX_COLUMNS = ("subject", "condition", "trial")
+
+
+class TrialSource(ABC):
+    """A set of trials that are read (or generated) one at a time.
+
+    A subclass lists its trials in `_list_trials` and reads one in `_load`. Nothing is read
+    before it is asked for, and nothing is kept: a loop over a source holds one trial at a time.
+    """
+
+    name: ClassVar[str]
+
+    _listed: pd.DataFrame | None = None
+
+    @abstractmethod
+    def _list_trials(self) -> pd.DataFrame:
+        """List every trial, columns subject, condition, trial, then whatever the source adds."""
+
+    @abstractmethod
+    def _load(self, subject: str, condition: str, trial: str) -> Trial:
+        """Read one trial that is in the index."""
+
+    def index(self) -> pd.DataFrame:
+        """List the selected trials.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row per trial; columns ``subject``, ``condition``, ``trial`` (strings, the source's
+            own names) and what the source adds, such as ``device``.
+
+        Raises
+        ------
+        UserError
+            If the recordings are not where they are looked for.
+        """
+        if self._listed is None:
+            self._listed = self._list_trials().reset_index(drop=True)
+        return self._listed.copy()
+
+    def select(
+        self,
+        subject: str | Iterable[str] | None = None,
+        condition: str | Iterable[str] | None = None,
+        trial: str | Iterable[str] | None = None,
+    ) -> "TrialSource":
+        """Return the same source with fewer trials.
+
+        Parameters
+        ----------
+        subject, condition, trial : str or iterable of str, optional
+            Names to keep; None keeps all.
+
+        Returns
+        -------
+        TrialSource
+            Trials for which every given name fits, in the order of the index.
+
+        Raises
+        ------
+        UserError
+            If a name is not in the index, or no trial has the given names together.
+        """
+        rows = self.index()
+        for column, wanted in zip(INDEX_COLUMNS, (subject, condition, trial), strict=True):
+            if wanted is None:
+                continue
+            names = [wanted] if isinstance(wanted, str) else [str(name) for name in wanted]
+            self._check_known(column, names)
+            rows = rows[rows[column].isin(names)]
+        if rows.empty:
+            raise UserError(
+                f"{self.name}: no trial with subject={subject}, condition={condition}, "
+                f"trial={trial} together"
+            )
+        selected = copy.copy(self)
+        selected._listed = rows.reset_index(drop=True)
+        return selected
+
+    def load(self, subject: str, condition: str, trial: str) -> Trial:
+        """Read one trial.
+
+        Parameters
+        ----------
+        subject, condition, trial : str
+            Names as in the index.
+
+        Returns
+        -------
+        Trial
+            What was recorded, on a uniform clock.
+
+        Raises
+        ------
+        UserError
+            If there is no such trial.
+        RecordingError
+            If a file is damaged or lacks something.
+        """
+        self.select(subject, condition, trial)
+        return self._load(subject, condition, trial)
+
+    def __len__(self) -> int:
+        return len(self.index())
+
+    def __iter__(self) -> Iterator[Trial]:
+        for row in self.index().itertuples(index=False):
+            yield self._load(str(row.subject), str(row.condition), str(row.trial))
+
+    def _check_known(self, column: str, names: list[str]) -> None:
+        known = self.index()[column].astype(str).unique()
+        for name in names:
+            if name not in known:
+                raise UserError(
+                    f"{self.name}: no {column} '{name}'; known are {', '.join(sorted(known))}"
+                )
