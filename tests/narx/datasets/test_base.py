@@ -1,4 +1,4 @@
-"""The contract of a source, on one that holds nothing but names."""
+"""Filtering and lazy loading, which every source inherits."""
 
 import numpy as np
 import pandas as pd
@@ -9,54 +9,61 @@ from narx.errors import UserError
 from narx.recording import ImuRecording, Trial
 
 
-class Names(TrialSource):
-    name = "names"
+class _Six(TrialSource):
+    name = "six"
 
     def __init__(self) -> None:
         self.loaded: list[str] = []
 
     def _list_trials(self) -> pd.DataFrame:
-        rows = [(s, c, "1") for s in ("a", "b") for c in ("slow", "fast")]
-        return pd.DataFrame([*rows, ("b", "fast", "2")], columns=["subject", "condition", "trial"])
+        return pd.DataFrame(
+            [(s, c, t) for s in "AB" for c in ("slow", "fast") for t in "12"][:-2],
+            columns=["subject", "condition", "trial"],
+        )
 
-    def load(self, subject: str, condition: str, trial: str) -> Trial:
-        self.loaded.append(f"{subject}/{condition}/{trial}")
-        imu = ImuRecording("thigh", np.arange(2.0), np.zeros((2, 3)), np.zeros((2, 3)))
-        return Trial(self.name, subject, condition, trial, 1.0, {"thigh": imu})
-
-
-def test_iterates_in_the_order_of_the_index_one_at_a_time():
-    source = Names()
-    assert len(source) == 5
-    first = next(iter(source))
-    assert first.name == "names/a/slow/1"
-    assert source.loaded == ["a/slow/1"]
+    def _load(self, subject: str, condition: str, trial: str) -> Trial:
+        self.loaded.append(subject + condition + trial)
+        time = np.arange(3) / 10.0
+        imu = ImuRecording("thigh", time, np.zeros((3, 3)), np.zeros((3, 3)))
+        return Trial("six", subject, condition, trial, 10.0, {"thigh": imu})
 
 
-@pytest.mark.parametrize(
-    ("wanted", "left"),
-    [
-        ({"subject": "b"}, ["b/slow/1", "b/fast/1", "b/fast/2"]),
-        ({"condition": ["slow"], "subject": ["a", "b"]}, ["a/slow/1", "b/slow/1"]),
-        ({"trial": 2}, ["b/fast/2"]),
-        ({}, ["a/slow/1", "a/fast/1", "b/slow/1", "b/fast/1", "b/fast/2"]),
-    ],
-)
-def test_select_keeps_what_is_named(wanted, left):
-    source = Names()
-    chosen = source.select(**wanted)
-    assert [t.name.removeprefix("names/") for t in chosen] == left
-    assert len(source) == 5
+def test_length_and_iteration_follow_the_index():
+    source = _Six()
+    names = [t.subject + t.condition + t.trial for t in source]
+    index = source.index()
+    assert len(source) == len(names) == 6
+    assert names == (index.subject + index.condition + index.trial).tolist()
 
 
-def test_select_refuses_names_that_are_not_there():
-    with pytest.raises(UserError, match="no subject 'c' .there is a, b"):
-        Names().select(subject="c")
-    with pytest.raises(UserError, match="no trial '2'"):
-        Names().select(condition="slow", trial="2")
+def test_iteration_is_lazy():
+    source = _Six()
+    next(iter(source))
+    assert source.loaded == ["Aslow1"]
 
 
-def test_the_index_handed_out_is_a_copy():
-    source = Names()
-    source.index().drop(index=0, inplace=True)
-    assert len(source) == 5
+def test_select_narrows_and_leaves_the_original_alone():
+    source = _Six()
+    some = source.select(subject="A", trial=["1"])
+    assert some.index().condition.tolist() == ["slow", "fast"]
+    assert len(some.select(condition="fast")) == 1
+    assert len(source) == 6
+
+
+def test_unknown_names_list_the_known_ones():
+    with pytest.raises(UserError, match="no subject 'C'; known are A, B"):
+        _Six().select(subject=["A", "C"])
+    with pytest.raises(UserError, match="no trial '9'; known are 1, 2"):
+        _Six().load("A", "slow", "9")
+
+
+def test_known_names_that_never_meet():
+    with pytest.raises(UserError, match="together"):
+        _Six().select(subject="B", condition="fast")
+
+
+def test_changing_the_index_does_not_change_the_source():
+    source = _Six()
+    mine = source.index()
+    mine.loc[0, "subject"] = "Z"
+    assert source.index().subject[0] == "A"
