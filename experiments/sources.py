@@ -1,0 +1,88 @@
+"""From the configuration's `data` to trials on disk or in the simulator."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from experiments.splits import TrialPart
+from narx.datasets.base import TrialSource
+from narx.errors import UserError
+from narx.recording import Trial
+
+
+def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
+    """Open every source named in the configuration.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        Holds `data` (source name to its constructor) and `data_root` (folder with one subfolder
+        a source, or null: the download cache); `select` filters by subject, condition, trial.
+
+    Returns
+    -------
+    dict of str to TrialSource
+        By source name.
+
+    Raises
+    ------
+    UserError
+        If the data root does not exist or a selection names something unknown.
+    """
+    root = None if cfg.data_root is None else Path(cfg.data_root).expanduser()
+    if root is not None and not root.is_dir():
+        raise UserError(f"data_root: no folder '{root}'; give one that holds a folder per source")
+    sources: dict[str, TrialSource] = {}
+    for name, constructor in cfg.data.items():
+        overrides = {}
+        if root is not None and "root" in constructor and constructor.root is None:
+            overrides["root"] = str(root / str(name))
+        source = instantiate(constructor, **overrides)
+        selection = OmegaConf.to_container(cfg.select) if cfg.get("select") else {}
+        assert isinstance(selection, Mapping)
+        if any(value is not None for value in selection.values()):
+            source = source.select(**selection)
+        sources[str(name)] = source
+    return sources
+
+
+def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:
+    """List the trials of all sources, a column `source` first.
+
+    Parameters
+    ----------
+    sources : mapping of str to TrialSource
+        By source name.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns source, subject, condition, trial, and what the sources add.
+    """
+    frames = []
+    for name, source in sources.items():
+        frame = source.index()
+        frame.insert(0, "source", name)
+        frames.append(frame)
+    return pd.concat(frames, ignore_index=True)
+
+
+def load(sources: Mapping[str, TrialSource], part: TrialPart) -> Trial:
+    """Load the trial that a part belongs to.
+
+    Parameters
+    ----------
+    sources : mapping of str to TrialSource
+        By source name.
+    part : TrialPart
+        Names the trial.
+
+    Returns
+    -------
+    Trial
+        The whole trial.
+    """
+    return sources[part.source].load(part.subject, part.condition, part.trial)

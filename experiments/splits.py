@@ -1,0 +1,209 @@
+"""Who is trained on and who is tested: no sample of a test part is ever seen in training."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from narx.errors import UserError
+
+
+@dataclass(frozen=True)
+class TrialPart:
+    """A part of one trial.
+
+    Parameters
+    ----------
+    source, subject, condition, trial : str
+        Where the trial is found: the source's name and its index columns.
+    start_s, stop_s : float
+        Part of the trial in s from its first sample.
+    """
+
+    source: str
+    subject: str
+    condition: str
+    trial: str
+    start_s: float = 0.0
+    stop_s: float = float("inf")
+
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """The trial's names, without the part."""
+        return self.source, self.subject, self.condition, self.trial
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One training and the parts it is tested on.
+
+    Parameters
+    ----------
+    name : str
+        What is left out, or how the training part was chosen.
+    training, test : tuple of TrialPart
+        Disjoint parts.
+    """
+
+    name: str
+    training: tuple[TrialPart, ...]
+    test: tuple[TrialPart, ...]
+
+
+Split = Callable[[pd.DataFrame, np.random.Generator], Iterator[Fold]]
+
+
+def _parts(
+    rows: pd.DataFrame, start_s: float = 0.0, stop_s: float = float("inf")
+) -> Iterator[TrialPart]:
+    for row in rows.itertuples(index=False):
+        yield TrialPart(
+            str(row.source), str(row.subject), str(row.condition), str(row.trial), start_s, stop_s
+        )
+
+
+def within_trial(
+    index: pd.DataFrame, rng: np.random.Generator, *, training_s: float = 30.0, skip_s: float = 5.0
+) -> Iterator[Fold]:
+    """Train on the beginning of each trial, test on the rest of the same trial.
+
+    Parameters
+    ----------
+    index : pandas.DataFrame
+        Trials with columns source, subject, condition, trial.
+    rng : numpy.random.Generator
+        Not used; every split has the same signature.
+    training_s : float
+        Length of the training part in s.
+    skip_s : float
+        Time before the training part in s.
+
+    Yields
+    ------
+    Fold
+        One per trial.
+    """
+    for position in range(len(index)):
+        rows = index.iloc[[position]]
+        (training,) = _parts(rows, skip_s, skip_s + training_s)
+        (test,) = _parts(rows, skip_s + training_s)
+        yield Fold("/".join(training.key), (training,), (test,))
+
+
+def leave_one_out(
+    index: pd.DataFrame, rng: np.random.Generator, *, column: str = "subject"
+) -> Iterator[Fold]:
+    """Test on each subject (or device, or condition) with a network trained on all others.
+
+    Parameters
+    ----------
+    index : pandas.DataFrame
+        Trials with columns source, subject, condition, trial and `column`.
+    rng : numpy.random.Generator
+        Not used; every split has the same signature.
+    column : str
+        Column of the index whose values are left out one by one.
+
+    Yields
+    ------
+    Fold
+        One per value of the column.
+
+    Raises
+    ------
+    UserError
+        If the sources have no such column, or it has fewer than two values.
+    """
+    if column not in index or index[column].isna().any():
+        known = ", ".join(index.columns)
+        raise UserError(f"split: the data has no column '{column}' to leave out; it has {known}")
+    values = list(dict.fromkeys(index[column]))
+    if len(values) < 2:
+        raise UserError(
+            f"split: leaving one {column} out needs at least two, found only '{values[0]}'; "
+            "use split=within_trial"
+        )
+    for value in values:
+        left_out = index[column] == value
+        yield Fold(
+            f"without_{column}_{value}",
+            tuple(_parts(index[~left_out])),
+            tuple(_parts(index[left_out])),
+        )
+
+
+def one_window(
+    index: pd.DataFrame,
+    rng: np.random.Generator,
+    *,
+    condition: str | None = None,
+    window_s: float = 10.0,
+    earliest_s: float = 20.0,
+    latest_s: float = 280.0,
+    subject: str | None = None,
+) -> Iterator[Fold]:
+    """Train on one short window of one random subject, test on every trial (Tham et al., II-B2).
+
+    Parameters
+    ----------
+    index : pandas.DataFrame
+        Trials with columns source, subject, condition, trial.
+    rng : numpy.random.Generator
+        Chooses subject and window.
+    condition : str, optional
+        Condition to train on; None draws from all trials.
+    window_s : float
+        Length of the window in s.
+    earliest_s, latest_s : float
+        Range in s in which the window starts.
+    subject : str, optional
+        Subject to train on; None draws one.
+
+    Yields
+    ------
+    Fold
+        One. The test parts hold the training window too, as in the paper.
+
+    Raises
+    ------
+    UserError
+        If no trial has that subject and condition.
+    """
+    rows = index
+    for column, wanted in (("condition", condition), ("subject", subject)):
+        if wanted is not None:
+            rows = rows[rows[column] == wanted]
+    if rows.empty:
+        raise UserError(f"split: no trial with subject={subject}, condition={condition}")
+    chosen = rows.iloc[[int(rng.integers(len(rows)))]]
+    start_s = float(rng.uniform(earliest_s, latest_s))
+    (training,) = _parts(chosen, start_s, start_s + window_s)
+    yield Fold(
+        f"{training.subject}_{training.condition}_{start_s:.0f}s",
+        (training,),
+        tuple(_parts(index)),
+    )
+
+
+def check_disjoint(fold: Fold) -> Sequence[str]:
+    """Name the trials whose training and test parts overlap.
+
+    Parameters
+    ----------
+    fold : Fold
+        Any fold.
+
+    Returns
+    -------
+    sequence of str
+        Empty where no test sample is seen in training.
+    """
+    return [
+        "/".join(test.key)
+        for test in fold.test
+        for training in fold.training
+        if test.key == training.key
+        and test.start_s < training.stop_s
+        and training.start_s < test.stop_s
+    ]
