@@ -1,0 +1,46 @@
+"""Public docstrings are checked against the signatures they describe."""
+
+import importlib
+import inspect
+import warnings
+from pathlib import Path
+
+import pytest
+from numpydoc.validate import validate
+
+ROOT = Path(__file__).resolve().parents[1]
+# no docstring; no sentence as summary; parameters missing, unknown, in another order; nothing
+# said about what is returned or yielded
+CHECKS = {"GL08", "SS03", "PR01", "PR02", "PR03", "RT01", "YD01"}
+MODULES = sorted(
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    for package in ("narx", "baselines", "experiments")
+    for path in (ROOT / package).rglob("*.py")
+)
+
+
+def public_objects(module_name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        module = importlib.import_module(module_name)
+    for name, thing in vars(module).items():
+        if name.startswith("_") or getattr(thing, "__module__", None) != module_name:
+            continue
+        if inspect.isclass(thing):
+            yield f"{module_name}.{name}"
+            for method_name, method in vars(thing).items():
+                function = getattr(method, "__func__", method)
+                if inspect.isfunction(function) and not method_name.startswith("_"):
+                    yield f"{module_name}.{name}.{method_name}"
+        elif inspect.isfunction(thing):
+            yield f"{module_name}.{name}"
+
+
+def faults_of(name):
+    return [f"{name}: {code} {text}" for code, text in validate(name)["errors"] if code in CHECKS]
+
+
+@pytest.mark.parametrize("module_name", MODULES)
+def test_docstrings_fit_the_signatures(module_name):
+    faults = [fault for name in public_objects(module_name) for fault in faults_of(name)]
+    assert not faults, "\n".join(faults)
