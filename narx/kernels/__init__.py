@@ -1,0 +1,1 @@
+"""Compiled recurrences: everything that runs once a sample."""
