@@ -1,0 +1,133 @@
+"""Plain integration of the gyroscope: the drift that every other method is there to remove."""
+
+import numpy as np
+from numba import njit
+from scipy.integrate import cumulative_trapezoid
+
+from baselines.parameters import one_of
+from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
+from narx.segment_angles import (
+    FRONTAL,
+    SAGITTAL,
+    TRANSVERSE,
+    angles_from_orientation,
+    orientation_from_angles,
+)
+
+
+class GyroIntegration(OrientationMethod):
+    """Integrate the angular rate from the initial angles, or from zero.
+
+    Parameters
+    ----------
+    rule : {"trapezoid", "rectangle"}
+        How the rate goes between two samples: straight from one to the next, or the later value
+        all the way (Han et al., eq. (9), as printed; it runs half a sample ahead).
+    coupled : bool
+        False integrates each axis on its own, as the papers do, which books a turn of a tilted
+        segment as flexion. True composes the rotations of all three axes (strapdown
+        integration).
+    """
+
+    name = "gyro_integration"
+    streams = True
+
+    def __init__(self, rule: str = "trapezoid", coupled: bool = False) -> None:
+        self.rule = one_of(self.name, "rule", rule, ("trapezoid", "rectangle"))
+        self.coupled = coupled
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        initial = signals.initial_angles_rad
+        start = np.zeros(3) if initial is None else np.asarray(initial, dtype=float)
+        rates, interval_s = signals.axis_rates_rad_s, signals.interval_s
+        if self.coupled:
+            turns = _rotation_vectors(_between(rates, self.rule) * interval_s)
+            orientation = _compose(orientation_from_angles(start)[0], turns)
+            angles = angles_from_orientation(orientation)
+            # the heading goes on from where it was, even beyond half a turn
+            angles[:, TRANSVERSE] += _whole_turns(start[TRANSVERSE] - angles[0, TRANSVERSE])
+            return angles
+        if self.rule == "trapezoid":
+            return start + cumulative_trapezoid(rates, dx=interval_s, axis=0, initial=0.0)
+        turned = np.cumsum(rates, axis=0) - rates[0]
+        return start + interval_s * turned
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        interval_s = 1.0 / sampling_rate_hz
+        return self._coupled_stream(interval_s) if self.coupled else self._axis_stream(interval_s)
+
+    def _axis_stream(self, interval_s: float) -> Step:
+        trapezoid = self.rule == "trapezoid"
+        angles = [0.0, 0.0, 0.0]
+        before: list[float] | None = None
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            nonlocal before
+            rates = [axis_rates[0], axis_rates[1], axis_rates[2]]
+            if before is not None:
+                for axis in range(3):
+                    if trapezoid:
+                        turned = (0.5 * interval_s) * (rates[axis] + before[axis])
+                    else:
+                        turned = interval_s * rates[axis]
+                    angles[axis] = angles[axis] + turned
+            before = rates
+            return np.array(angles)
+
+        return step
+
+    def _coupled_stream(self, interval_s: float) -> Step:
+        orientation = np.array([1.0, 0.0, 0.0, 0.0])
+        before: FloatArray | None = None
+        heading = 0.0
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            nonlocal orientation, before, heading
+            if before is not None:
+                between = _between(np.stack([before, axis_rates]), self.rule)
+                orientation = _compose(orientation, _rotation_vectors(between * interval_s))[-1]
+            before = np.array(axis_rates, dtype=float)
+            angles = angles_from_orientation(orientation)[0]
+            angles[TRANSVERSE] += _whole_turns(heading - angles[TRANSVERSE])
+            heading = float(angles[TRANSVERSE])
+            return angles
+
+        return step
+
+
+def _between(rates: FloatArray, rule: str) -> FloatArray:
+    return 0.5 * (rates[1:] + rates[:-1]) if rule == "trapezoid" else rates[1:]
+
+
+def _rotation_vectors(axis_rates: FloatArray) -> FloatArray:
+    """Axis rates or angles with reported signs to x, y, z in the anatomical frame."""
+    return np.stack(
+        [-axis_rates[:, FRONTAL], -axis_rates[:, SAGITTAL], axis_rates[:, TRANSVERSE]], axis=1
+    )
+
+
+def _whole_turns(difference_rad: float) -> float:
+    """Multiple of a full turn nearest to a difference, rad."""
+    return float(2.0 * np.pi * np.round(difference_rad / (2.0 * np.pi)))
+
+
+@njit(cache=True)
+def _compose(start: FloatArray, turns: FloatArray) -> FloatArray:  # pragma: no cover
+    """Orientations w, x, y, z, shape (N + 1, 4), after each of N body-fixed rotation vectors."""
+    out = np.empty((len(turns) + 1, 4))
+    out[0] = start
+    for k in range(len(turns)):
+        x, y, z = turns[k]
+        angle = np.sqrt(x * x + y * y + z * z)
+        # sin(angle / 2) / angle, by its series where the quotient loses digits
+        scale = np.sin(0.5 * angle) / angle if angle > 1e-6 else 0.5 - angle * angle / 48.0
+        c, x, y, z = np.cos(0.5 * angle), scale * x, scale * y, scale * z
+        w0, x0, y0, z0 = out[k]
+        w = w0 * c - x0 * x - y0 * y - z0 * z
+        i = w0 * x + x0 * c + y0 * z - z0 * y
+        j = w0 * y - x0 * z + y0 * c + z0 * x
+        q = w0 * z + x0 * y - y0 * x + z0 * c
+        norm = np.sqrt(w * w + i * i + j * j + q * q)
+        out[k + 1, 0], out[k + 1, 1] = w / norm, i / norm
+        out[k + 1, 2], out[k + 1, 3] = j / norm, q / norm
+    return out

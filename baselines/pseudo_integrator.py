@@ -1,0 +1,146 @@
+"""Pseudo-integrator: a band-pass that integrates above its breakpoint and forgets below it."""
+
+import numpy as np
+from numba import njit
+
+from baselines.parameters import one_of, positive
+from narx.errors import MethodNotApplicableError
+from narx.gait import StrideFrequencyTracker, stride_frequency_hz
+from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
+from narx.segment_angles import SAGITTAL
+
+
+class PseudoIntegrator(OrientationMethod):
+    """Integrate each axis with two real poles instead of the integrator's pole at zero.
+
+    Parameters
+    ----------
+    breakpoint_ratio : float
+        Breakpoint in rad/s over the gait frequency in rad/s. The default, 1 / (2 pi), reads
+        'the breakpoint frequency is the gait frequency' as its number in Hz used in rad/s; 1
+        is the literal reading, at which the phase at the gait frequency is 0 instead of -90
+        degrees, so that the output is the rate, scaled.
+    gait_frequency_hz : float, optional
+        Stride frequency; None detects it from the sagittal rate.
+    frequency : {"constant", "following"}
+        Without `gait_frequency_hz`: one frequency for the whole recording, or the one known
+        from the strides so far, which also works sample by sample.
+    frequency_without_gait_hz : float
+        What stands in where no walking is found, and for 'following' until the first stride.
+
+    Notes
+    -----
+    Tham et al., eq. (9), from Holgate et al.: ``H(s) = tau^2 s / (tau s + 1)^2`` with
+    ``tau = 1 / wn``, here as a leaky integrator and a high-pass filter one after the other,
+    ``z' = v - z / tau``, ``w' = (z - w) / tau``, ``p = z - w``, by the trapezoidal rule
+    (bilinear transform). In these states, both angles, a breakpoint that changes makes no jump.
+    Starts from zero states, as the paper does; a static bias and the mean angle are both lost.
+    """
+
+    name = "pseudo_integrator"
+    streams = True
+
+    def __init__(
+        self,
+        breakpoint_ratio: float = 1.0 / (2.0 * np.pi),
+        gait_frequency_hz: float | None = None,
+        frequency: str = "constant",
+        frequency_without_gait_hz: float = 0.9,
+    ) -> None:
+        self.breakpoint_ratio = positive(self.name, "breakpoint_ratio", breakpoint_ratio)
+        self.gait_frequency_hz = (
+            None
+            if gait_frequency_hz is None
+            else positive(self.name, "gait_frequency_hz", gait_frequency_hz)
+        )
+        self.frequency = one_of(self.name, "frequency", frequency, ("constant", "following"))
+        self.frequency_without_gait_hz = positive(
+            self.name, "frequency_without_gait_hz", frequency_without_gait_hz
+        )
+
+    @property
+    def _tracker(self) -> StrideFrequencyTracker:
+        return StrideFrequencyTracker(start_frequency_hz=self.frequency_without_gait_hz)
+
+    def breakpoint_rad_s(self, signals: SegmentSignals) -> FloatArray:
+        """Breakpoint that the filter uses, at every sample.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            Signals without missing samples.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            ``2 pi * breakpoint_ratio * stride frequency``, rad/s.
+        """
+        sagittal = signals.axis_rates_rad_s[:, SAGITTAL]
+        rate_hz = signals.sampling_rate_hz
+        if self.gait_frequency_hz is not None:
+            frequency = np.full(len(sagittal), self.gait_frequency_hz)
+        elif self.frequency == "following":
+            frequency = self._tracker.follow(sagittal, rate_hz)
+        else:
+            found = stride_frequency_hz(sagittal, rate_hz)
+            constant = found if np.isfinite(found) else self.frequency_without_gait_hz
+            frequency = np.full(len(sagittal), constant)
+        return 2.0 * np.pi * self.breakpoint_ratio * frequency
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        rates = np.ascontiguousarray(signals.axis_rates_rad_s)
+        return _filter(rates, self.breakpoint_rad_s(signals), signals.interval_s)
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        interval_s = 1.0 / sampling_rate_hz
+        fixed_hz = self.gait_frequency_hz
+        if fixed_hz is None and self.frequency == "constant":
+            raise MethodNotApplicableError(
+                f"method {self.name} detects its constant gait frequency from the whole "
+                "recording: to run it sample by sample, give gait_frequency_hz or set "
+                "frequency=following"
+            )
+        track = self._tracker.start(sampling_rate_hz)
+        states = [(0.0, 0.0, 0.0)] * 3
+        scale = 2.0 * np.pi * self.breakpoint_ratio
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            frequency = track(axis_rates[SAGITTAL]) if fixed_hz is None else fixed_hz
+            for axis in range(3):
+                states[axis] = _advance(
+                    states[axis], axis_rates[axis], scale * frequency, interval_s
+                )
+            return np.array([angle - mean for angle, mean, _ in states])
+
+        return step
+
+
+def _advance(
+    state: tuple[float, float, float], rate: float, breakpoint_rad_s: float, interval_s: float
+) -> tuple[float, float, float]:
+    """One sample of one axis: leaky integral, its slow part, and the rate; the angle is their
+    difference. Plain arithmetic, so that it can be compiled and counted.
+    """
+    integral, slow, rate_before = state
+    leak = 0.5 * interval_s * breakpoint_rad_s
+    normaliser = 1.0 / (1.0 + leak)
+    kept = (1.0 - leak) * normaliser
+    following = kept * integral + (0.5 * interval_s) * normaliser * (rate + rate_before)
+    slow = kept * slow + leak * normaliser * (following + integral)
+    return following, slow, rate
+
+
+_advance_compiled = njit(cache=True)(_advance)
+
+
+@njit(cache=True)
+def _filter(
+    rates: FloatArray, breakpoint_rad_s: FloatArray, interval_s: float
+) -> FloatArray:  # pragma: no cover
+    out = np.empty_like(rates)
+    for axis in range(rates.shape[1]):
+        state = (0.0, 0.0, 0.0)
+        for k in range(len(rates)):
+            state = _advance_compiled(state, rates[k, axis], breakpoint_rad_s[k], interval_s)
+            out[k, axis] = state[0] - state[1]
+    return out
