@@ -1,0 +1,77 @@
+"""Arrays in a MATLAB file, with an error that names the file and the field."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+
+from narx.errors import RecordingError
+from narx.recording import FloatArray
+
+
+def read_mat(path: Path) -> dict[str, Any]:
+    """Read the variables of a MATLAB 5 file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to read.
+
+    Returns
+    -------
+    dict of str to object
+        Arrays, and structs as objects with attributes; MATLAB's own entries are left out.
+
+    Raises
+    ------
+    RecordingError
+        If the file is missing, cut off, or not a MATLAB file.
+    """
+    try:
+        variables = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: no such file") from None
+    except Exception as error:  # damage shows as whatever the parser stumbles over
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise RecordingError(
+            f"{path}: not a whole MATLAB file ({reason}); cut off? expected a version 5 .mat file"
+        ) from None
+    return {name: value for name, value in variables.items() if not name.startswith("__")}
+
+
+def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArray:
+    """Look up a numeric field, ``struct.field.field`` with dots.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File that the variables are from, for the message.
+    variables : dict
+        As from `read_mat`.
+    name : str
+        Field to look up.
+
+    Returns
+    -------
+    ndarray
+        The field as float.
+
+    Raises
+    ------
+    RecordingError
+        If the field is not there or not numeric.
+    """
+    first, *rest = name.split(".")
+    if first not in variables:
+        raise RecordingError(f"{path}: no variable '{first}'; found {', '.join(variables)}")
+    value = variables[first]
+    for part in rest:
+        if not hasattr(value, part):
+            found = ", ".join(getattr(value, "_fieldnames", [])) or type(value).__name__
+            raise RecordingError(f"{path}: no field '{name}' (at '{part}'); found {found}")
+        value = getattr(value, part)
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise RecordingError(f"{path}: field '{name}' is not numeric") from None

@@ -1,0 +1,217 @@
+"""Smartphones in a front trouser pocket, walking freely, beside an optical reference.
+
+Michel, Genevès, Fourati, Layaïda: Attitude estimation for indoor navigation and augmented
+reality with smartphones, Pervasive and Mobile Computing 46, 2018; the files are
+``datasets/`` of https://github.com/tyrex-team/benchmarks-attitude-smartphones.
+"""
+
+import re
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.transform import Rotation
+
+from narx.clock_alignment import estimate_clock_offset, estimate_misalignment
+from narx.datasets.base import TrialSource
+from narx.datasets.download import checked_sources, find_recordings
+from narx.datasets.mat_file import numeric_field, read_mat
+from narx.datasets.text_table import read_numbers
+from narx.errors import RecordingError
+from narx.recording import (
+    GRAVITY_M_S2,
+    FloatArray,
+    ImuRecording,
+    ReferenceOrientation,
+    Trial,
+)
+from narx.resampling import resample_quaternions, resample_vectors, uniform_clock
+
+_SEGMENT = "thigh"  # which pocket, left or right, is not recorded
+_TRIAL_FOLDER = re.compile(r"(?P<walker>[^_]+)_(?P<phone>[^_]+)_(?P<condition>.+_FrontPocket)")
+_SYSTEMS = ("android", "ios")
+# the phones' longest regular interval is 21 ms, the optical system's 17 ms
+_MAX_GAP_S = 0.05
+_MAX_OPTICAL_GAP_S = 0.025
+
+
+class SmartphonePocket(TrialSource):
+    """Pocket walks: subject is the walker, trial the phone.
+
+    Parameters
+    ----------
+    root : path-like, optional
+        Folder with ``android``, ``ios`` and ``qualisys`` as published; without it, the
+        published files are downloaded once. Every folder
+        ``<walker>_<phone>_<condition>_FrontPocket`` in it is a trial, so walkers that are added
+        later are found.
+    sampling_rate_hz : float
+        Rate of the uniform clock, Hz.
+    """
+
+    name: ClassVar[str] = "smartphone_pocket"
+
+    def __init__(self, *, root: str | Path | None = None, sampling_rate_hz: float = 100.0) -> None:
+        self._root = root
+        self._sampling_rate_hz = float(sampling_rate_hz)
+
+    def _list_trials(self) -> pd.DataFrame:
+        folder = find_recordings(self.name, self._root)
+        rows = [
+            (match["walker"], match["condition"], match["phone"], match["phone"])
+            for system in _SYSTEMS
+            for path in sorted((folder / system).glob("*_FrontPocket"))
+            if path.is_dir() and (match := _TRIAL_FOLDER.fullmatch(path.name))
+        ]
+        if not rows:
+            raise RecordingError(
+                f"{folder}: no trial; expected folders like "
+                "android/<walker>_<phone>_<condition>_FrontPocket"
+            )
+        index = pd.DataFrame(rows, columns=["subject", "condition", "trial", "device"])
+        return index.sort_values(["subject", "condition", "trial"])
+
+    def _load(self, subject: str, condition: str, trial: str) -> Trial:
+        root = find_recordings(self.name, self._root)
+        name = f"{subject}_{trial}_{condition}"
+        system = next(s for s in _SYSTEMS if (root / s / name).is_dir())
+        phone = root / system / name
+        gyroscope, accelerometer, files = _read_phone(phone, ios=system == "ios")
+        still, still_files = self._still_recording(root / system, trial, ios=system == "ios")
+        bias = still.gyroscope_rad_s.mean(axis=0)
+        optical_file = root / "qualisys" / f"{name}.mat"
+        optical_time, body = _read_rigid_body(optical_file)
+        alignment_file = phone / "timeAlignment.txt"
+        alignment = read_numbers(alignment_file, columns=1)[0, 0]
+        gyroscope[:, 0] += alignment
+        accelerometer[:, 0] += alignment
+
+        rate = gyroscope[:, 1:] - bias
+        offset, agreement = estimate_clock_offset(gyroscope[:, 0], rate, optical_time, body)
+        gyroscope[:, 0] -= offset
+        accelerometer[:, 0] -= offset
+        mounting = estimate_misalignment(gyroscope[:, 0], rate, optical_time, body)
+        clock = uniform_clock(
+            max(gyroscope[0, 0], accelerometer[0, 0], optical_time[0]),
+            min(gyroscope[-1, 0], accelerometer[-1, 0], optical_time[-1]),
+            self._sampling_rate_hz,
+        )
+        sensor = _in_sensor_frame(body, mounting.body_to_sensor)
+        return Trial(
+            dataset=self.name,
+            subject=subject,
+            condition=condition,
+            trial=trial,
+            sampling_rate_hz=self._sampling_rate_hz,
+            imus={_SEGMENT: _on_clock(gyroscope, accelerometer, clock)},
+            reference={
+                _SEGMENT: ReferenceOrientation(
+                    _SEGMENT,
+                    resample_quaternions(optical_time, sensor, clock, max_gap_s=_MAX_OPTICAL_GAP_S),
+                    "sensor",
+                )
+            },
+            calibration={"still": {_SEGMENT: still}},
+            clock_offset_s={_SEGMENT: offset},
+            notes=(
+                f"phone clock {offset * 1e3:.1f} ms behind the optical one after "
+                f"timeAlignment.txt, aligned (correlation of angular speeds {agreement:.3f})",
+                f"rigid body to phone: {np.degrees(mounting.body_to_sensor.magnitude()):.1f} deg "
+                "removed by Kabsch on angular rates; residual "
+                f"{np.degrees(mounting.residual_rad_s):.1f} deg/s RMS an axis over "
+                f"{mounting.inlier_share:.0%} of the frames",
+                f"resampled to {self._sampling_rate_hz:g} Hz, optical gaps left open",
+            ),
+            sources=checked_sources(self.name, root, [*files, *still_files, optical_file]),
+        )
+
+    def _still_recording(
+        self, folder: Path, phone: str, *, ios: bool
+    ) -> tuple[ImuRecording, list[Path]]:
+        """Read the still recording of a phone, from which the gyroscope's bias is taken."""
+        candidates = sorted(folder.glob(f"calib_gyr_{phone}*"))
+        if not candidates:
+            raise RecordingError(
+                f"{folder}: no folder 'calib_gyr_{phone}*', the still recording that the "
+                "gyroscope's bias is taken from"
+            )
+        gyroscope, accelerometer, files = _read_phone(candidates[0], ios=ios)
+        clock = uniform_clock(
+            max(gyroscope[0, 0], accelerometer[0, 0]),
+            min(gyroscope[-1, 0], accelerometer[-1, 0]),
+            self._sampling_rate_hz,
+        )
+        return _on_clock(gyroscope, accelerometer, clock), files
+
+
+def _read_phone(folder: Path, *, ios: bool) -> tuple[FloatArray, FloatArray, list[Path]]:
+    """Read time, x, y, z of gyroscope (rad/s) and accelerometer (m/s^2) in SI."""
+    files = [folder / "gyroscope.txt", folder / "accelerometer.txt"]
+    gyroscope, accelerometer = (read_numbers(file, columns=4, terminated=True) for file in files)
+    for file, table in zip(files, (gyroscope, accelerometer), strict=True):
+        backwards = np.flatnonzero(np.diff(table[:, 0]) <= 0)
+        if backwards.size:
+            raise RecordingError(
+                f"{file}: time does not increase from row {backwards[0] + 1} to the next"
+            )
+    if ios:
+        description = folder / "description.txt"
+        start = _boot_time_s(description)
+        gyroscope[:, 0] -= start
+        accelerometer[:, 0] -= start
+        # iOS reports the gravity that acts, in g; the specific force is its opposite
+        accelerometer[:, 1:] *= -GRAVITY_M_S2
+        files.append(description)
+    return gyroscope, accelerometer, files
+
+
+def _boot_time_s(path: Path) -> float:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: no such file") from None
+    match = re.search(r"^BootTime\s*=\s*(\d+(?:\.\d+)?)\s*$", text, re.MULTILINE)
+    if match is None:
+        raise RecordingError(f"{path}: no line 'BootTime = <seconds>'")
+    return float(match[1])
+
+
+def _read_rigid_body(path: Path) -> tuple[FloatArray, FloatArray]:
+    """Read frame times in s and body-to-lab quaternions, NaN where the body was lost."""
+    variables = read_mat(path)
+    if len(variables) != 1:
+        raise RecordingError(
+            f"{path}: found {len(variables)} variables, expected one QTM measurement"
+        )
+    measurement = next(iter(variables))
+    rate_hz = float(numeric_field(path, variables, f"{measurement}.FrameRate"))
+    rotations = numeric_field(path, variables, f"{measurement}.RigidBodies.Rotations")
+    if rotations.ndim != 2 or rotations.shape[0] != 9:
+        raise RecordingError(
+            f"{path}: RigidBodies.Rotations has shape {rotations.shape}, expected (9, frames) of "
+            "one rigid body"
+        )
+    matrices = rotations.T.reshape(-1, 3, 3).transpose(0, 2, 1)  # columns come one by one
+    quaternion = np.full((len(matrices), 4), np.nan)
+    there = np.isfinite(matrices).all(axis=(1, 2))
+    if there.any():
+        quaternion[there] = Rotation.from_matrix(matrices[there]).as_quat(scalar_first=True)
+    return np.arange(len(matrices)) / rate_hz, quaternion
+
+
+def _in_sensor_frame(body_wxyz: FloatArray, body_to_sensor: Rotation) -> FloatArray:
+    sensor = np.full_like(body_wxyz, np.nan)
+    there = np.isfinite(body_wxyz).all(axis=1)
+    body = Rotation.from_quat(body_wxyz[there], scalar_first=True)
+    sensor[there] = (body * body_to_sensor.inv()).as_quat(scalar_first=True)
+    return sensor
+
+
+def _on_clock(gyroscope: FloatArray, accelerometer: FloatArray, clock: FloatArray) -> ImuRecording:
+    return ImuRecording(
+        _SEGMENT,
+        clock,
+        resample_vectors(gyroscope[:, 0], gyroscope[:, 1:], clock, max_gap_s=_MAX_GAP_S),
+        resample_vectors(accelerometer[:, 0], accelerometer[:, 1:], clock, max_gap_s=_MAX_GAP_S),
+    )
