@@ -24,12 +24,16 @@ class Normalisation:
         Offset of the angular rate; zero keeps an odd network odd.
     angle_offset_rad : float
         Offset of the angle.
+    rate_rms_rad_s : float
+        Root mean square of the rate that the network was trained on: what the amplitude of
+        another axis is compared with.
     """
 
     rate_scale_rad_s: float
     angle_scale_rad: float
     rate_offset_rad_s: float = 0.0
     angle_offset_rad: float = 0.0
+    rate_rms_rad_s: float = 1.0
 
     @classmethod
     def fit(cls, rates_rad_s: FloatArray, angles_rad: FloatArray, kind: Kind) -> "Normalisation":
@@ -60,7 +64,8 @@ class Normalisation:
             raise ValueError(f"normalisation '{kind}' is none of {', '.join(get_args(Kind))}")
         rate_offset, rate_scale = _offset_and_scale(rates_rad_s, kind)
         angle_offset, angle_scale = _offset_and_scale(angles_rad, kind)
-        return cls(rate_scale, angle_scale, rate_offset, angle_offset)
+        rate_rms = float(np.sqrt(np.nanmean(np.square(rates_rad_s))))
+        return cls(rate_scale, angle_scale, rate_offset, angle_offset, rate_rms)
 
 
 def _offset_and_scale(values: FloatArray, kind: Kind) -> tuple[float, float]:

@@ -1,0 +1,155 @@
+"""A trained network as an orientation method: from a gyroscope's recording to three angles."""
+
+from typing import Literal, get_args
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from narx.errors import MethodNotApplicableError, UserError
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.model import Narx
+from narx.rate_conversion import RateConversion
+from narx.start_up import StartUp
+
+FloatArray = NDArray[np.float64]
+AxisScaling = Literal["training", "own"]
+
+
+class NarxMethod(OrientationMethod):
+    """Run a trained network on the gyroscope alone.
+
+    Parameters
+    ----------
+    model : Narx
+        Trained network.
+    start_up : StartUp
+        How the first half minute finds the posture; ``duration_s=0`` starts from zero.
+    axis_scaling : {"training", "own"}
+        How axes are normalised on which the network was not trained, which Tham et al. leave
+        open: with the scale of training, or each with its own gyroscope's amplitude (root mean
+        square over the recording, so not sample by sample).
+    error_std_rad : ndarray, shape (3,), optional
+        Standard deviation of the error per axis, from training; None where it is not known.
+
+    Raises
+    ------
+    UserError
+        If the axis scaling is unknown.
+    """
+
+    name = "narx"
+    streams = True
+
+    def __init__(
+        self,
+        model: Narx,
+        start_up: StartUp | None = None,
+        axis_scaling: AxisScaling = "training",
+        error_std_rad: FloatArray | None = None,
+    ) -> None:
+        if axis_scaling not in get_args(AxisScaling):
+            raise UserError(
+                f"axis_scaling is '{axis_scaling}', expected one of "
+                f"{', '.join(get_args(AxisScaling))}"
+            )
+        self.model = model
+        self.start_up = start_up or StartUp()
+        self.axis_scaling = axis_scaling
+        self.error_std_rad = error_std_rad
+
+    def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
+        """Predict the standard deviation of the error at every sample.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        ndarray, shape (N, 3), or None
+            rad; NaN where a sample is missing. None if the network came without.
+        """
+        if self.error_std_rad is None:
+            return None
+        std = np.tile(np.asarray(self.error_std_rad, dtype=float), (signals.n_samples, 1))
+        std[~np.isfinite(signals.axis_rates_rad_s).all(axis=1)] = np.nan
+        return std
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        rate_hz = self.model.sampling_rate_hz
+        if np.isclose(signals.sampling_rate_hz, rate_hz, rtol=1e-6):
+            return self._at_network_rate(signals.axis_rates_rad_s, signals.initial_angles_rad)
+        conversion = RateConversion(signals.axis_rates_rad_s, signals.sampling_rate_hz, rate_hz)
+        return conversion.to_recording(
+            self._at_network_rate(conversion.network_rates_rad_s, signals.initial_angles_rad)
+        )
+
+    def _at_network_rate(
+        self, rates_rad_s: FloatArray, initial_angles_rad: FloatArray | None
+    ) -> FloatArray:
+        model = self.model
+        relative = None
+        if self.axis_scaling == "own":
+            # an axis that hardly moves must not be blown up into noise
+            rms = np.maximum(np.sqrt(np.mean(rates_rad_s**2, axis=0)), 1e-3)
+            relative = torch.from_numpy(rms / model.normalisation.rate_rms_rad_s)
+        n_start = min(
+            round(self.start_up.duration_s * model.sampling_rate_hz), len(rates_rad_s)
+        )
+        begun = self.start_up.begin(initial_angles_rad)
+        first = self.start_up.run(
+            rates_rad_s[:n_start], 1.0 / model.sampling_rate_hz, begun, model.coupled
+        )
+        state, posture = self._take_over(begun if n_start else None, relative)
+        with torch.no_grad():
+            rest, _ = model(
+                torch.from_numpy(np.ascontiguousarray(rates_rad_s[n_start:])),
+                state,
+                posture,
+                relative,
+            )
+        return np.concatenate([first, rest.numpy()])
+
+    def _take_over(
+        self, begun: FloatArray | None, relative: torch.Tensor | None
+    ) -> tuple[torch.Tensor | None, torch.Tensor]:
+        if begun is None:
+            return None, torch.zeros(3, dtype=torch.float64)
+        posture, *followed = map(torch.from_numpy, StartUp.hand_over(begun))
+        if relative is not None:
+            followed = [part / relative for part in followed]
+        return self.model.initial_state(*followed), posture
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        model = self.model
+        if not np.isclose(sampling_rate_hz, model.sampling_rate_hz, rtol=1e-6):
+            raise MethodNotApplicableError(
+                f"narx: this network runs sample by sample at {model.sampling_rate_hz:g} Hz, "
+                f"not at {sampling_rate_hz:g} Hz"
+            )
+        if self.axis_scaling == "own":
+            raise MethodNotApplicableError(
+                "narx: axis_scaling=own needs the whole recording, use axis_scaling=training"
+            )
+        cell, interval_s = model.cell(), 1.0 / sampling_rate_hz
+        left = round(self.start_up.duration_s * sampling_rate_hz)
+        begun = self.start_up.begin(None)
+        state, posture = self._take_over(None, None)
+        if state is None:
+            state = torch.zeros(3, model.structure.n_state, dtype=torch.float64)
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            nonlocal left, state, posture
+            if left > 0:
+                left -= 1
+                angles = self.start_up.run(axis_rates[None], interval_s, begun, model.coupled)[0]
+                if left == 0:
+                    state, posture = self._take_over(begun, None)
+                return angles
+            with torch.no_grad():
+                output, state = cell(torch.as_tensor(axis_rates), state, posture)
+            return np.asarray(output.numpy())
+
+        return step
