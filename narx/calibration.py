@@ -1,0 +1,276 @@
+"""From a trial as recorded to calibrated signals and reference angles of each segment."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from narx.anatomical_frame import (
+    excursion,
+    frame_from_gravity,
+    frame_from_left,
+    principal_horizontal_axis,
+    swing_sign,
+    up_from_gravity,
+    walking_band,
+)
+from narx.errors import RecordingError, UserError
+from narx.method import SegmentSignals
+from narx.recording import FloatArray, ImuRecording, Trial, side_of
+from narx.reference_frame import anatomical_reference
+from narx.segment_angles import (
+    TRANSVERSE,
+    angles_from_orientation,
+    axis_rates,
+    mirror_angular_rate,
+    mirror_vector,
+)
+from narx.static_bias import static_bias
+
+Mode = Literal["auto", "functional", "walking", "sensor"]
+
+# calibration movement of a body segment, as Tham et al. choose them
+_MOVEMENT = {"thigh": "hip_abduction", "shank": "knee_flexion"}
+
+
+@dataclass(frozen=True)
+class CalibratedSegment:
+    """One segment, ready for any method.
+
+    Parameters
+    ----------
+    signals : SegmentSignals
+        What a method may look at: rates about the clinical axes and specific force in the
+        anatomical frame, left leg mirrored, static bias removed.
+    reference_wxyz : ndarray, shape (N, 4), or None
+        Orientation of the anatomical frame in the global frame (left leg mirrored), relative to
+        the calibration posture; NaN where missing. None without a reference.
+    reference_angles_rad : ndarray, shape (N, 3), or None
+        The three angles of `reference_wxyz`; transverse is NaN unless the walk is straight.
+    sensor_to_anatomical : Rotation
+        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+    static_bias_rad_s : ndarray, shape (3,)
+        Gyroscope bias that was subtracted, in the sensor frame, rad/s.
+    notes : tuple of str
+        What was done, for people.
+    """
+
+    signals: SegmentSignals
+    reference_wxyz: FloatArray | None
+    reference_angles_rad: FloatArray | None
+    sensor_to_anatomical: Rotation
+    static_bias_rad_s: FloatArray
+    notes: tuple[str, ...]
+
+
+def calibrate(
+    trial: Trial, mode: Mode = "auto", *, remove_mean_misalignment: bool = False
+) -> dict[str, CalibratedSegment]:
+    """Calibrate all segments of a trial.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    mode : {"auto", "functional", "walking", "sensor"}
+        ``functional``: gravity in standing gives z; hip abduction gives x of a thigh, passive
+        knee flexion y of a shank (Tham et al., II-A). ``walking``: gravity (in standing where
+        the trial has it, otherwise over the walk) and the principal horizontal axis of the
+        walking gyroscope as y. ``sensor``: the sensor frame, turned the shortest way so that z
+        is up at rest (or at the first samples), for what is not a leg. ``auto``: the first of
+        these for which the trial has the parts.
+    remove_mean_misalignment : bool
+        Whether the constant rotation between an anatomical reference frame (markers) and the
+        calibrated sensor frame is removed, estimated over the whole trial from angular rates.
+        It takes calibration error out of the comparison, and is noted.
+
+    Returns
+    -------
+    dict of str to CalibratedSegment
+        By segment name.
+
+    Raises
+    ------
+    UserError
+        If the mode is unknown.
+    RecordingError
+        If the trial lacks what the mode needs, or the walk does not tell forward from backward.
+
+    Notes
+    -----
+    The static bias is the mean of the quietest 5 s among all still parts of the trial and its
+    still and standing recordings; without any it stays in, and a note says so.
+
+    Reference: its tilt is relative to gravity. An anatomical reference is made upright in the
+    calibration posture, where the trial contains it (its still parts, or its first sample);
+    one that tracked the sensor needs no such thing, since the sensor's calibration gives it the
+    same anatomical frame. The heading of the calibration posture is removed, so the transverse
+    angle starts at zero; where the trial does not contain the posture, a straight walk keeps its
+    heading (the global x axis is then the direction of the walk, by the source's contract), and
+    any other loses the heading of the first sample that is there.
+    """
+    if mode not in get_args(Mode):
+        raise UserError(
+            f"calibration mode '{mode}' is unknown; expected {', '.join(get_args(Mode))}"
+        )
+    return {
+        segment: _calibrate_segment(trial, segment, mode, remove_mean_misalignment)
+        for segment in trial.imus
+    }
+
+
+def _calibrate_segment(
+    trial: Trial, segment: str, mode: Mode, remove_mean_misalignment: bool
+) -> CalibratedSegment:
+    imu = trial.imus[segment]
+    still = static_bias(trial, segment)
+    bias = np.zeros(3) if still is None else still.bias_rad_s
+    notes = [
+        "static gyroscope bias unknown, left in"
+        if still is None
+        else f"static gyroscope bias {np.degrees(bias).round(2).tolist()} deg/s "
+        f"from {still.where} removed"
+    ]
+    chosen = _available_mode(trial, segment) if mode == "auto" else mode
+    build = {"functional": _functional, "walking": _walking, "sensor": _upright_sensor}[chosen]
+    to_anatomical, how = build(trial, segment, bias)
+    notes.append(how)
+
+    rate = to_anatomical.apply(imu.gyroscope_rad_s - bias)
+    force = to_anatomical.apply(imu.accelerometer_m_s2)
+    if side_of(segment) == "left":
+        rate, force = mirror_angular_rate(rate), mirror_vector(force)
+    signals = SegmentSignals(
+        segment,
+        trial.sampling_rate_hz,
+        axis_rates(rate),
+        force,
+        np.zeros(3) if trial.starts_in_calibration_posture else None,
+    )
+    orientation: FloatArray | None = None
+    angles: FloatArray | None = None
+    if segment in trial.reference:
+        orientation, steps = anatomical_reference(
+            trial, segment, to_anatomical, bias, remove_mean_misalignment=remove_mean_misalignment
+        )
+        angles = angles_from_orientation(orientation)
+        if not trial.straight:
+            angles[:, TRANSVERSE] = np.nan
+        notes.extend(steps)
+    return CalibratedSegment(signals, orientation, angles, to_anatomical, bias, tuple(notes))
+
+
+def _available_mode(trial: Trial, segment: str) -> Mode:
+    """Choose the first mode for which the trial has the parts."""
+    if body_part(segment) not in _MOVEMENT:
+        return "sensor"
+    has_movement = _movement_recording(trial, segment) is not None
+    return "functional" if has_movement and _standing(trial, segment) is not None else "walking"
+
+
+def body_part(segment: str) -> str:
+    """Tell the body part from a segment's name.
+
+    Parameters
+    ----------
+    segment : str
+        Such as ``thigh_right``.
+
+    Returns
+    -------
+    str
+        The name without its side.
+    """
+    return segment.removesuffix("_left").removesuffix("_right")
+
+
+def _functional(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    standing = _standing(trial, segment)
+    movement = _movement_recording(trial, segment)
+    if standing is None or movement is None:
+        lacking = "standing part" if standing is None else "hip abduction or knee flexion"
+        raise RecordingError(
+            f"{trial.name}: no {lacking} of '{segment}' for functional calibration; "
+            "calibration mode 'walking' does without"
+        )
+    up = up_from_gravity(standing, f"{trial.name}, standing, '{segment}'")
+    rate = movement.gyroscope_rad_s - bias
+    rate = rate[np.isfinite(rate).all(axis=1)]
+    axis = principal_horizontal_axis(rate, up)
+    thigh = body_part(segment) == "thigh"
+    left = np.cross(up, axis) if thigh else axis
+    sign = swing_sign(_walk(trial, segment, bias), left)
+    rule = "sign from the forward swing in walking"
+    if sign == 0:
+        # the movement starts from the neutral posture: the leg is lifted to its own side, which
+        # is about -x on the right; the dangling foot is swung forward, which is about -y
+        expected = 1.0 if thigh and side_of(segment) == "left" else -1.0
+        sign = int(np.sign(expected * excursion(rate, axis, movement.sampling_rate_hz))) or 1
+        rule = "sign from the movement's direction"
+    what = "x from hip abduction" if thigh else "y from knee flexion"
+    return frame_from_left(up, sign * left), f"functional: z from standing, {what}, {rule}"
+
+
+def _walking(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    standing = _standing(trial, segment)
+    force = trial.imus[segment].accelerometer_m_s2[_walking_samples(trial)]
+    up = up_from_gravity(force if standing is None else standing, f"{trial.name}, '{segment}'")
+    walk = _walk(trial, segment, bias)
+    if not len(walk):
+        raise RecordingError(f"{trial.name}: no 2 s of walking without a gap to calibrate from")
+    left = principal_horizontal_axis(walk, up)
+    sign = swing_sign(walk, left)
+    if sign == 0:
+        raise RecordingError(
+            f"{trial.name}: '{segment}' does not swing forward and back at different speeds, "
+            "so forward cannot be told from backward; is it walking?"
+        )
+    source = "mean specific force of the walk" if standing is None else "standing"
+    return frame_from_left(up, sign * left), (
+        f"walking: z from {source}, y from the principal horizontal axis at 0.5-10 Hz, "
+        "sign from the forward swing"
+    )
+
+
+def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    standing = _standing(trial, segment)
+    if standing is not None:
+        force, source = standing, "at rest"
+    else:
+        first = trial.imus[segment].accelerometer_m_s2[: max(1, int(trial.sampling_rate_hz))]
+        force, source = first, "over the first second"
+    up = up_from_gravity(force, f"{trial.name}, '{segment}'")
+    return frame_from_gravity(up), f"sensor frame, turned the shortest way to be upright {source}"
+
+
+def _standing(trial: Trial, segment: str) -> FloatArray | None:
+    """Give the accelerometer in the calibration posture, None where there is no such part."""
+    recording = trial.calibration.get("standing", {}).get(segment)
+    if recording is not None:
+        return recording.accelerometer_m_s2
+    if not trial.still_s:
+        return None
+    begin, end = trial.still_s[0]
+    inside = (trial.time_s >= begin) & (trial.time_s <= end)
+    return trial.imus[segment].accelerometer_m_s2[inside]
+
+
+def _movement_recording(trial: Trial, segment: str) -> ImuRecording | None:
+    movement = _MOVEMENT.get(body_part(segment))
+    side = side_of(segment)
+    part = movement if side is None else f"{movement}_{side}"
+    return trial.calibration.get(str(part), {}).get(segment)
+
+
+def _walking_samples(trial: Trial) -> NDArray[np.bool_]:
+    if trial.walking_s is None:
+        return np.ones(trial.n_samples, dtype=bool)
+    begin, end = trial.walking_s
+    return np.asarray((trial.time_s >= begin) & (trial.time_s <= end))
+
+
+def _walk(trial: Trial, segment: str, bias: FloatArray) -> FloatArray:
+    rate = trial.imus[segment].gyroscope_rad_s - bias
+    return walking_band(rate[_walking_samples(trial)], trial.sampling_rate_hz)
