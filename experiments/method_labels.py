@@ -1,0 +1,83 @@
+"""How methods are called, ordered and coloured, the same in every table and figure."""
+
+from collections.abc import Iterable
+
+_LABELS = {
+    "complementary_filter": "CF",
+    "narx": "NARX",
+    "pseudo_integrator": "PI",
+    "gyro_integration": "Gyro integration",
+    "giof": "GIOF",
+    "two_point": "2-point",
+    "vqf": "VQF",
+    "vqf_offline": "VQF offline",
+    "madgwick": "Madgwick",
+    "mahony": "Mahony",
+}
+
+# NARX red, PI green, CF blue as in Tham et al., Fig. 6; the others apart from these and from each
+# other, also for colour-blind eyes (Okabe and Ito)
+_COLOURS = {
+    "narx": "#c8102e",
+    "pseudo_integrator": "#009e73",
+    "complementary_filter": "#0060b0",
+    "gyro_integration": "#e69f00",
+    "giof": "#cc79a7",
+    "two_point": "#7b3fa0",
+    "vqf": "#222222",
+    "vqf_offline": "#777777",
+    "madgwick": "#56b4e9",
+    "mahony": "#8c6d31",
+}
+_FURTHER_COLOURS = ("#bcbd22", "#17becf", "#7f7f7f", "#aec7e8", "#ffbb78", "#98df8a")
+
+
+def method_label(method: str) -> str:
+    """Return the name of a method for people.
+
+    Parameters
+    ----------
+    method : str
+        Name in ``results.csv``.
+
+    Returns
+    -------
+    str
+        Short name; an unknown one is returned as it is.
+    """
+    return _LABELS.get(method, method)
+
+
+def method_order(methods: Iterable[str]) -> list[str]:
+    """Sort methods: the three of Tham et al. in their order, then the rest.
+
+    Parameters
+    ----------
+    methods : iterable of str
+        Names in ``results.csv``; each counts once.
+
+    Returns
+    -------
+    list of str
+        Known methods in the fixed order, unknown ones after them by name.
+    """
+    known = list(_LABELS)
+    return sorted(set(methods), key=lambda m: (known.index(m) if m in known else len(known), m))
+
+
+def method_colour(method: str) -> str:
+    """Return the colour of a method.
+
+    Parameters
+    ----------
+    method : str
+        Name in ``results.csv``.
+
+    Returns
+    -------
+    str
+        Hexadecimal RGB; an unknown method gets one that depends on its name alone.
+    """
+    if method in _COLOURS:
+        return _COLOURS[method]
+    return _FURTHER_COLOURS[sum(method.encode()) % len(_FURTHER_COLOURS)]

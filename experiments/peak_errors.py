@@ -1,0 +1,205 @@
+"""A thigh's swing angle as Abhayasinghe et al. (2019, sections 2 and 3.1) compare it.
+
+Both angles go to 1000 samples a second by linear interpolation and are trimmed from the first to
+the last minimum; then come correlation, RMSE, and the errors of the positive and negative peaks,
+because those give the opening angle of a stride. In print the two recordings had clocks of their
+own, and "identical points" were matched by hand; here reference and estimate share one clock, so
+both are trimmed at the reference's minima and a method that lags pays for it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import signal
+
+from experiments.evaluated import Evaluated
+from narx.agreement import agreement
+from narx.errors import MethodNotApplicableError
+from narx.segment_angles import SAGITTAL
+
+FloatArray = NDArray[np.float64]
+
+RATE_HZ = 1000.0
+# a stride of running still takes this long
+SHORTEST_STRIDE_S = 0.5
+# a peak stands out of the waveform by this share of its range, ripples do not
+PROMINENCE = 0.3
+# an estimated peak further away than this belongs to another event
+LARGEST_LAG_S = 0.25
+
+PEAKS = ("positive", "negative")
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Reference and estimate from minimum to minimum.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Clock at `RATE_HZ`.
+    reference_deg, estimate_deg : ndarray, shape (N,)
+        Both angles, degrees.
+    """
+
+    time_s: FloatArray
+    reference_deg: FloatArray
+    estimate_deg: FloatArray
+
+
+def _longest_run(there: NDArray[np.bool_]) -> slice:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
+    starts, stops = edges[::2], edges[1::2]
+    if not len(starts):
+        return slice(0, 0)
+    k = int(np.argmax(stops - starts))
+    return slice(int(starts[k]), int(stops[k]))
+
+
+def _peaks(angle_deg: FloatArray, kind: str) -> NDArray[np.intp]:
+    upright = angle_deg if kind == "positive" else -angle_deg
+    low, high = np.percentile(upright, [2.5, 97.5])
+    peaks, _ = signal.find_peaks(
+        upright,
+        distance=max(1, round(SHORTEST_STRIDE_S * RATE_HZ)),
+        prominence=max(PROMINENCE * (high - low), 1e-9),
+    )
+    return np.asarray(peaks)
+
+
+def swing(evaluated: Evaluated, method: str, axis: int = SAGITTAL) -> Swing:
+    """Resample and trim one angle as the paper does.
+
+    Parameters
+    ----------
+    evaluated : Evaluated
+        A thigh (any segment whose angle goes up and down once a stride).
+    method : str
+        Whose estimate.
+    axis : int
+        Index into `narx.segment_angles.AXES`.
+
+    Returns
+    -------
+    Swing
+        The longest scored stretch without a gap, from the reference's first to its last minimum.
+
+    Raises
+    ------
+    MethodNotApplicableError
+        If fewer than two minima are in it.
+    """
+    reference = np.rad2deg(evaluated.reference_rad[:, axis])
+    estimate = np.rad2deg(evaluated.estimates_rad[method][:, axis])
+    run = _longest_run(evaluated.scored & np.isfinite(reference) & np.isfinite(estimate))
+    time = evaluated.time_s[run]
+    minima: NDArray[np.intp] = np.empty(0, dtype=np.intp)
+    if len(time) > 1:
+        fine = np.arange(time[0], time[-1], 1.0 / RATE_HZ)
+        reference = np.interp(fine, time, reference[run])
+        estimate = np.interp(fine, time, estimate[run])
+        minima = _peaks(reference, "negative")
+    if len(minima) < 2:
+        raise MethodNotApplicableError(
+            f"{evaluated.name}: {len(minima)} minima of the reference angle in the longest scored "
+            "stretch without a gap, expected two to trim between"
+        )
+    part = slice(int(minima[0]), int(minima[-1]) + 1)
+    return Swing(fine[part], reference[part], estimate[part])
+
+
+def peak_errors(angles: Swing) -> pd.DataFrame:
+    """Match the peaks of reference and estimate.
+
+    Parameters
+    ----------
+    angles : Swing
+        From `swing`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a pair of peaks that are each other's nearest and at most `LARGEST_LAG_S` apart:
+        ``peak`` (positive, negative), ``time_s``, ``lag_s`` (estimate after reference),
+        ``reference_deg``, ``estimate_deg``, ``error_deg``. Each height is taken at its own peak.
+    """
+    # the ends are minima too, but on an edge no peak is found
+    margin = round(LARGEST_LAG_S * RATE_HZ)
+    reference = np.pad(angles.reference_deg, margin, mode="reflect")
+    estimate = np.pad(angles.estimate_deg, margin, mode="reflect")
+    tables = []
+    for kind in PEAKS:
+        true, found = _peaks(reference, kind), _peaks(estimate, kind)
+        pairs = []
+        for k in true:
+            if not len(found):
+                break
+            nearest = found[np.argmin(np.abs(found - k))]
+            mutual = true[np.argmin(np.abs(true - nearest))] == k
+            if mutual and abs(nearest - k) <= margin:
+                pairs.append((k, nearest))
+        index = np.array(pairs, dtype=int).reshape(-1, 2)
+        tables.append(
+            pd.DataFrame(
+                {
+                    "peak": kind,
+                    "time_s": angles.time_s[0] + (index[:, 0] - margin) / RATE_HZ,
+                    "lag_s": (index[:, 1] - index[:, 0]) / RATE_HZ,
+                    "reference_deg": reference[index[:, 0]],
+                    "estimate_deg": estimate[index[:, 1]],
+                    "error_deg": reference[index[:, 0]] - estimate[index[:, 1]],
+                }
+            )
+        )
+    return pd.concat(tables, ignore_index=True)
+
+
+def swing_results(
+    all_evaluated: Iterable[Evaluated], groups: dict[str, str] | None = None
+) -> tuple[pd.DataFrame, pd.DataFrame, list[str]]:
+    """Compare the swing angle of every trial and method.
+
+    Parameters
+    ----------
+    all_evaluated : iterable of Evaluated
+        Thighs.
+    groups : dict of str to str, optional
+        Subject to group (the paper's are Males and Females); without it there is only ``All``.
+
+    Returns
+    -------
+    trials : pandas.DataFrame
+        A row a trial, segment and method: its names, ``group``, ``r``, ``rmse_deg``.
+    peaks : pandas.DataFrame
+        The rows of `peak_errors` with the same names.
+    refused : list of str
+        Why trials are missing, a line each.
+    """
+    trials: list[dict[str, object]] = []
+    peaks, refused = [], []
+    for evaluated in all_evaluated:
+        names: dict[str, str] = {
+            key: getattr(evaluated, key)
+            for key in ("dataset", "subject", "condition", "trial", "segment")
+        }
+        names["group"] = (groups or {}).get(evaluated.subject, "All")
+        for method in evaluated.estimates_rad:
+            try:
+                angles = swing(evaluated, method)
+            except MethodNotApplicableError as error:
+                refused.append(f"{method}: {error}")
+                continue
+            result = agreement(np.deg2rad(angles.reference_deg), np.deg2rad(angles.estimate_deg))
+            trials.append({**names, "method": method, "r": result.r, "rmse_deg": result.rmse_deg})
+            peaks.append(peak_errors(angles).assign(**names, method=method))
+    columns = ["dataset", "subject", "condition", "trial", "segment", "group", "method"]
+    return (
+        pd.DataFrame(trials, columns=[*columns, "r", "rmse_deg"]),
+        pd.concat(peaks, ignore_index=True)
+        if peaks
+        else pd.DataFrame(columns=[*columns, "peak", "error_deg"]),
+        refused,
+    )

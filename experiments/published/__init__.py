@@ -1,0 +1,22 @@
+"""The papers' own figures as printed; the README beside this file names table and page."""
+
+from importlib import resources
+
+import pandas as pd
+
+
+def published(name: str) -> pd.DataFrame:
+    """Read a table as it was printed.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file without ``.csv``, such as ``tham_tables_2_to_4``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Its columns as in the file.
+    """
+    with resources.files(__name__).joinpath(f"{name}.csv").open(encoding="utf-8") as stream:
+        return pd.read_csv(stream, keep_default_na=False)

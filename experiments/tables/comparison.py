@@ -1,0 +1,182 @@
+"""All methods side by side on any source: mean over subjects, interval, and test against one."""
+
+import pandas as pd
+
+from experiments.method_labels import method_label, method_order
+from experiments.tables.subjects import condition_order, over_subjects, subject_means
+from experiments.tables.table import Table, shown
+from narx.segment_angles import AXES
+from narx.significance import bootstrap_mean, paired_test
+
+QUANTITIES = {"precision_deg": "precision", "rmse_deg": "RMSE"}
+
+
+def comparison(
+    results: pd.DataFrame,
+    quantity: str = "rmse_deg",
+    against: str = "narx",
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Compare methods over subjects, with intervals and a paired test against one of them.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        Columns of ``results.csv``.
+    quantity : {"rmse_deg", "precision_deg", "r"}
+        What is compared.
+    against : str
+        Method that the others are tested against.
+    seed : int
+        Of bootstrap and permutations.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a segment (both sides together), axis and method: ``n`` subjects, ``n_trials``,
+        ``mean``, ``sd``, ``low``, ``high`` (95 % interval), ``difference`` to `against` (method
+        less `against`) with ``difference_low`` and ``difference_high``, ``p`` (permutation),
+        ``p_wilcoxon``, ``smallest_p``.
+    """
+    sided = results.assign(
+        segment=results["segment"].str.replace(r"_(left|right)$", "", regex=True)
+    )
+    means = subject_means(sided, ("segment", "axis", "method"))
+    rows = []
+    for segment in means["segment"].unique():
+        for axis in AXES:
+            here = means[(means["segment"] == segment) & (means["axis"] == axis)]
+            table = here.pivot(index="subject", columns="method", values=quantity)
+            for method in method_order(here["method"]):
+                values = table[method]
+                interval = bootstrap_mean(values.to_numpy(), seed=seed)
+                row: dict[str, object] = {"segment": segment, "axis": axis, "method": method}
+                row |= {"n": interval.n, "n_trials": _trials(here, method)}
+                row |= {"mean": interval.mean, "sd": over_subjects(values)[1]}
+                row |= {"low": interval.low, "high": interval.high}
+                if method != against and against in table:
+                    test = paired_test(values.to_numpy(), table[against].to_numpy(), seed=seed)
+                    row |= {
+                        "difference": test.difference,
+                        "difference_low": test.low,
+                        "difference_high": test.high,
+                        "p": test.p_permutation,
+                        "p_wilcoxon": test.p_wilcoxon,
+                        "smallest_p": test.smallest_p,
+                    }
+                rows.append(row)
+    columns = [
+        "segment", "axis", "method", "n", "n_trials", "mean", "sd", "low", "high", "difference",
+        "difference_low", "difference_high", "p", "p_wilcoxon", "smallest_p",
+    ]  # fmt: skip
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _trials(here: pd.DataFrame, method: str) -> int:
+    return int(here.loc[here["method"] == method, "n_trials"].sum())
+
+
+def comparison_table(
+    results: pd.DataFrame, quantity: str = "rmse_deg", against: str = "narx", seed: int = 0
+) -> Table:
+    """Print `comparison`.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        Columns of ``results.csv``.
+    quantity : {"rmse_deg", "precision_deg", "r"}
+        What is compared.
+    against : str
+        Method that the others are tested against.
+    seed : int
+        Of bootstrap and permutations.
+
+    Returns
+    -------
+    Table
+        A row a segment, axis and method.
+    """
+    frame = comparison(results, quantity, against, seed)
+    digits = 3 if quantity == "r" else 2
+    printed = pd.DataFrame(
+        {
+            "Segment": frame["segment"],
+            "Axis": frame["axis"],
+            "Method": frame["method"].map(method_label),
+            "subjects": frame["n"],
+            "trials": frame["n_trials"],
+            "mean": frame["mean"],
+            "SD": frame["sd"],
+            "95 % interval": _interval(frame["low"], frame["high"], digits),
+            f"less {method_label(against)}": frame["difference"],
+            "its 95 % interval": _interval(
+                frame["difference_low"], frame["difference_high"], digits
+            ),
+            "p": frame["p"],
+            "p Wilcoxon": frame["p_wilcoxon"],
+        }
+    ).set_index(["Segment", "Axis", "Method"])
+    name = QUANTITIES.get(quantity, quantity)
+    unit = "" if quantity == "r" else " (°)"
+    smallest = frame["smallest_p"].min()
+    least = "" if smallest != smallest else f" So few subjects give no p below {smallest:.2g}."
+    return Table(
+        f"{name}{unit} by method, over subjects",
+        printed,
+        {"mean": digits, "SD": digits, f"less {method_label(against)}": digits}
+        | {"p": 3, "p Wilcoxon": 3},
+        "Trials and sides are averaged within subjects first. Intervals: expanded percentile "
+        f"bootstrap over subjects; p: exact permutation of paired differences.{least}",
+    )
+
+
+def _interval(low: pd.Series, high: pd.Series, digits: int) -> list[str | None]:
+    return [
+        None if a != a or b != b else f"{shown(a, digits)} to {shown(b, digits)}"
+        for a, b in zip(low, high, strict=True)
+    ]
+
+
+def trial_table(results: pd.DataFrame, quantity: str = "precision_deg") -> Table:
+    """One figure of every trial, a column a method.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        Columns of ``results.csv``.
+    quantity : {"precision_deg", "rmse_deg", "bias_deg", "r"}
+        Which figure.
+
+    Returns
+    -------
+    Table
+        A row a segment, axis and trial; below each axis the mean over its trials.
+    """
+    methods = method_order(results["method"])
+    label = results["subject"] + " " + results["condition"] + " " + results["trial"]
+    if results["dataset"].nunique() > 1:
+        label = results["dataset"] + " " + label
+    results = results.assign(Trial=label)
+    rows = []
+    for segment in dict.fromkeys(results["segment"]):
+        for axis in AXES:
+            here = results[(results["segment"] == segment) & (results["axis"] == axis)]
+            table = here.pivot(index="Trial", columns="method", values=quantity)[methods]
+            order = here.drop_duplicates("Trial")
+            rank = {name: k for k, name in enumerate(condition_order(order["condition"]))}
+            order = order.assign(rank=order["condition"].map(rank))
+            order = order.sort_values(["dataset", "subject", "rank", "trial"])
+            table = table.loc[order["Trial"]]
+            table.loc["mean"] = table.mean()
+            for trial, values in table.iterrows():
+                rows.append(
+                    {"Segment": segment, "Axis": axis, "Trial": trial}
+                    | {method_label(m): values[m] for m in methods}
+                )
+    frame = pd.DataFrame(rows).set_index(["Segment", "Axis", "Trial"])
+    name = QUANTITIES.get(quantity, quantity.removesuffix("_deg"))
+    unit = " (°)" if quantity.endswith("_deg") else ""
+    return Table(
+        f"{name}{unit} of every trial", frame, dict.fromkeys(frame.columns, 2 if unit else 3)
+    )
