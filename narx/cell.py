@@ -81,7 +81,12 @@ class NarxCell(nn.Module):
         offset = self.angle_offset + posture
         rates = axis_rates
         if self.coupled:
-            angles = state[..., past] * self.angle_scale + offset
+            # extrapolated to the time of the sample: with the tilt of the sample before, the lag
+            # would act like a bias wherever tilt and turn go together
+            output = state[..., past]
+            if self.output_lags > 1:
+                output = 2.0 * output - state[..., past + 1]
+            angles = output * self.angle_scale + offset
             sin_s, cos_s = torch.sin(angles[..., 0]), torch.cos(angles[..., 0])
             sin_f, cos_f = torch.sin(angles[..., 1]), torch.cos(angles[..., 1])
             limited = torch.where(

@@ -29,15 +29,15 @@ class RateConversion:
         self, rates_rad_s: FloatArray, recording_rate_hz: float, network_rate_hz: float
     ) -> None:
         self._time_s = np.arange(len(rates_rad_s)) / recording_rate_hz
-        self._integral = cumulative_trapezoid(
-            rates_rad_s, dx=1.0 / recording_rate_hz, axis=0, initial=0.0
-        )
-        stop_s = self._time_s[-1] if len(self._time_s) else 0.0
-        n_network = int(np.floor(stop_s * network_rate_hz + 1e-9)) + 1 if len(rates_rad_s) else 0
+        self._integral = np.zeros(np.shape(rates_rad_s))
+        n_network = 0
+        if len(rates_rad_s):
+            self._integral[1:] = cumulative_trapezoid(
+                rates_rad_s, dx=1.0 / recording_rate_hz, axis=0
+            )
+            n_network = int(np.floor(self._time_s[-1] * network_rate_hz + 1e-9)) + 1
         self._network_time_s = np.arange(n_network) / network_rate_hz
-        self._network_integral = _interpolate(
-            self._network_time_s, self._time_s, self._integral
-        )
+        self._network_integral = _interpolate(self._network_time_s, self._time_s, self._integral)
         # mean rate between two ticks of the network: what turned in between is kept exactly
         self.network_rates_rad_s = np.concatenate(
             [rates_rad_s[:1], np.diff(self._network_integral, axis=0) * network_rate_hz]
@@ -64,6 +64,8 @@ class RateConversion:
 
 
 def _interpolate(wanted_s: FloatArray, time_s: FloatArray, values: FloatArray) -> FloatArray:
+    if not len(time_s):
+        return np.empty((len(wanted_s), values.shape[1]))
     return np.stack(
         [np.interp(wanted_s, time_s, values[:, c]) for c in range(values.shape[1])], axis=1
     )

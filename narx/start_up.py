@@ -123,10 +123,14 @@ class StartUp:
 def _run(rates, interval, leak, gain, settling, coupled, state):  # type: ignore[no-untyped-def]
     angles = np.empty((len(rates), 3))
     known = state[13] > 0.0
-    rate = np.empty(3)
+    rate, tilt = np.empty(3), np.empty(3)
     for k in range(len(rates)):
-        tilt = state[0:3] if known else state[3:6]
         if coupled:
+            # extrapolated to the time of the sample: with the tilt of the sample before, the
+            # lag would add up to degrees per minute
+            for axis in range(3):
+                latest = state[axis] if known else state[3 + axis]
+                tilt[axis] = latest + interval * state[6 + axis]
             sin_s, cos_s = np.sin(tilt[0]), np.cos(tilt[0])
             sin_f, cos_f = np.sin(tilt[1]), np.cos(tilt[1])
             if abs(cos_f) < SMALLEST_COS_FRONTAL:

@@ -1,0 +1,115 @@
+"""A trained network on disk: weights, how to run it, and where it comes from."""
+
+import os
+import pickle
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from narx.errors import UserError
+from narx.files import atomic_path
+from narx.model import Narx
+from narx.network_method import AxisScaling, NarxMethod
+from narx.start_up import StartUp
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """All that running a network needs, and its history for people.
+
+    Parameters
+    ----------
+    model : Narx
+        Trained network.
+    start_up : StartUp
+        How it starts.
+    axis_scaling : {"training", "own"}
+        How untrained axes are normalised.
+    error_std_rad : tuple of three floats, optional
+        Standard deviation of the error per axis, rad; None where it is not known.
+    history : dict
+        Plain numbers and strings: configuration, training report, stability, environment.
+    """
+
+    model: Narx
+    start_up: StartUp = field(default_factory=StartUp)
+    axis_scaling: AxisScaling = "training"
+    error_std_rad: tuple[float, float, float] | None = None
+    history: dict[str, Any] = field(default_factory=dict)
+
+    def method(self) -> NarxMethod:
+        """Return the network as an orientation method.
+
+        Returns
+        -------
+        NarxMethod
+            Ready to estimate.
+        """
+        std = None if self.error_std_rad is None else np.array(self.error_std_rad)
+        return NarxMethod(self.model, self.start_up, self.axis_scaling, std)
+
+
+def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
+    """Write a checkpoint in one piece.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to write.
+    path : path-like
+        Where to, usually ``*.pt``.
+    """
+    content = {
+        "model": checkpoint.model.to_config(),
+        "weights": checkpoint.model.weights.detach().clone(),
+        "start_up": asdict(checkpoint.start_up),
+        "axis_scaling": checkpoint.axis_scaling,
+        "error_std_rad": checkpoint.error_std_rad,
+        "history": checkpoint.history,
+    }
+    with atomic_path(path) as temporary:
+        torch.save(content, temporary)
+
+
+def load(path: str | os.PathLike[str]) -> Checkpoint:
+    """Read a checkpoint.
+
+    Parameters
+    ----------
+    path : path-like
+        What `save` wrote.
+
+    Returns
+    -------
+    Checkpoint
+        The same network.
+
+    Raises
+    ------
+    UserError
+        If the file is not there, or not such a checkpoint.
+    """
+    if not Path(path).is_file():
+        raise UserError(f"checkpoint: no file '{path}'")
+    try:
+        content = torch.load(path, weights_only=True)
+        model = Narx.from_config(content["model"])
+        with torch.no_grad():
+            model.weights.copy_(content["weights"])
+        return Checkpoint(
+            model,
+            StartUp(**content["start_up"]),
+            content["axis_scaling"],
+            content["error_std_rad"],
+            content["history"],
+        )
+    except (
+        EOFError, KeyError, OSError, RuntimeError, TypeError, ValueError, pickle.UnpicklingError,
+    ) as error:  # fmt: skip
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise UserError(
+            f"checkpoint: '{path}' is not a network that this version saved: {reason}"
+        ) from error
