@@ -19,6 +19,11 @@ METHODS: Mapping[str, str] = MappingProxyType(
         "gyro_integration": "baselines.gyro_integration.GyroIntegration",
         "pseudo_integrator": "baselines.pseudo_integrator.PseudoIntegrator",
         "complementary_filter": "baselines.complementary_filter.ComplementaryFilter",
+        "giof": "baselines.giof.Giof",
+        "two_point": "baselines.two_point.TwoPoint",
+        "vqf": "baselines.vqf.Vqf",
+        "madgwick": "baselines.madgwick.Madgwick",
+        "mahony": "baselines.mahony.Mahony",
     }
 )
 

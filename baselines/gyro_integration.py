@@ -4,11 +4,10 @@ import numpy as np
 from numba import njit
 from scipy.integrate import cumulative_trapezoid
 
+from baselines.orientation_filter import gyroscope_xyz
 from baselines.parameters import one_of
 from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
 from narx.segment_angles import (
-    FRONTAL,
-    SAGITTAL,
     TRANSVERSE,
     angles_from_orientation,
     orientation_from_angles,
@@ -41,7 +40,7 @@ class GyroIntegration(OrientationMethod):
         start = np.zeros(3) if initial is None else np.asarray(initial, dtype=float)
         rates, interval_s = signals.axis_rates_rad_s, signals.interval_s
         if self.coupled:
-            turns = _rotation_vectors(_between(rates, self.rule) * interval_s)
+            turns = gyroscope_xyz(_between(rates, self.rule) * interval_s)
             orientation = _compose(orientation_from_angles(start)[0], turns)
             angles = angles_from_orientation(orientation)
             # the heading goes on from where it was, even beyond half a turn
@@ -85,7 +84,7 @@ class GyroIntegration(OrientationMethod):
             nonlocal orientation, before, heading
             if before is not None:
                 between = _between(np.stack([before, axis_rates]), self.rule)
-                orientation = _compose(orientation, _rotation_vectors(between * interval_s))[-1]
+                orientation = _compose(orientation, gyroscope_xyz(between * interval_s))[-1]
             before = np.array(axis_rates, dtype=float)
             angles = angles_from_orientation(orientation)[0]
             angles[TRANSVERSE] += _whole_turns(heading - angles[TRANSVERSE])
@@ -97,13 +96,6 @@ class GyroIntegration(OrientationMethod):
 
 def _between(rates: FloatArray, rule: str) -> FloatArray:
     return 0.5 * (rates[1:] + rates[:-1]) if rule == "trapezoid" else rates[1:]
-
-
-def _rotation_vectors(axis_rates: FloatArray) -> FloatArray:
-    """Axis rates or angles with reported signs to x, y, z in the anatomical frame."""
-    return np.stack(
-        [-axis_rates[:, FRONTAL], -axis_rates[:, SAGITTAL], axis_rates[:, TRANSVERSE]], axis=1
-    )
 
 
 def _whole_turns(difference_rad: float) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy import signal
 
@@ -132,38 +133,13 @@ class StrideFrequencyTracker:
         callable
             ``step(sagittal_rate_rad_s) -> stride frequency in Hz``.
         """
-        interval_s = 1.0 / sampling_rate_hz
-        low_pass = 1.0 - np.exp(-2.0 * np.pi * self.low_pass_hz * interval_s)
-        mean_square_gain = 1.0 - np.exp(-interval_s / self.rms_time_s)
-        shortest_s, longest_s = (1.0 / f for f in reversed(self.frequency_range_hz))
-        smoothing = self.smoothing
-        rate = mean_square = 0.0
-        stride_s = 1.0 / self.start_frequency_hz
-        since_s = np.inf
-        armed = seen = False
+        constants = self._constants(sampling_rate_hz)
+        state = self._first_state()
 
         def step(sagittal_rate_rad_s: float) -> float:
-            nonlocal rate, mean_square, stride_s, since_s, armed, seen
-            before = rate
-            rate = rate + low_pass * (sagittal_rate_rad_s - rate)
-            mean_square = mean_square + mean_square_gain * (rate * rate - mean_square)
-            since_s = since_s + interval_s
-            if rate < 0.0:
-                armed = True
-                return 1.0 / stride_s
-            threshold_square = max(0.25 * mean_square, _MINIMUM_RMS_RAD_S**2)
-            if armed and rate * rate > threshold_square:
-                armed = False
-                # the crossing lies between the two samples
-                threshold = threshold_square**0.5
-                past_s = interval_s * min(1.0, (rate - threshold) / max(rate - before, 1e-12))
-                lasted_s = since_s - past_s
-                since_s = past_s
-                if shortest_s <= lasted_s <= longest_s:
-                    weight = smoothing if seen else 1.0
-                    seen = True
-                    stride_s = stride_s + weight * (lasted_s - stride_s)
-            return 1.0 / stride_s
+            nonlocal state
+            state = _track(state, sagittal_rate_rad_s, constants)
+            return 1.0 / state[2]
 
         return step
 
@@ -182,6 +158,64 @@ class StrideFrequencyTracker:
         ndarray, shape (N,)
             Stride frequency in Hz that was known at each sample.
         """
-        step = self.start(sampling_rate_hz)
-        rates = np.asarray(sagittal_rate_rad_s, dtype=float).tolist()
-        return np.fromiter((step(rate) for rate in rates), dtype=np.float64, count=len(rates))
+        rate = np.ascontiguousarray(sagittal_rate_rad_s, dtype=float)
+        return _track_all(rate, self._first_state(), self._constants(sampling_rate_hz))
+
+    def _first_state(self) -> "_TrackerState":
+        return 0.0, 0.0, 1.0 / self.start_frequency_hz, np.inf, False, False
+
+    def _constants(self, sampling_rate_hz: float) -> tuple[float, ...]:
+        interval_s = 1.0 / sampling_rate_hz
+        return (
+            interval_s,
+            float(1.0 - np.exp(-2.0 * np.pi * self.low_pass_hz * interval_s)),
+            float(1.0 - np.exp(-interval_s / self.rms_time_s)),
+            1.0 / self.frequency_range_hz[1],
+            1.0 / self.frequency_range_hz[0],
+            self.smoothing,
+        )
+
+
+# low-passed rate, its mean square, stride time, time since the last crossing, whether the rate
+# has been below zero since, whether there was a stride
+_TrackerState = tuple[float, float, float, float, bool, bool]
+
+
+def _track(
+    state: _TrackerState, sagittal_rate_rad_s: float, constants: tuple[float, ...]
+) -> _TrackerState:
+    """One sample; plain arithmetic, so that it can be compiled and counted."""
+    before, mean_square, stride_s, since_s, armed, seen = state
+    interval_s, low_pass, mean_square_gain, shortest_s, longest_s, smoothing = constants
+    rate = before + low_pass * (sagittal_rate_rad_s - before)
+    mean_square = mean_square + mean_square_gain * (rate * rate - mean_square)
+    since_s = since_s + interval_s
+    if rate < 0.0:
+        return rate, mean_square, stride_s, since_s, True, seen
+    threshold_square = max(0.25 * mean_square, _MINIMUM_RMS_RAD_S * _MINIMUM_RMS_RAD_S)
+    if armed and rate * rate > threshold_square:
+        armed = False
+        # the crossing lies between the two samples
+        past = (rate - threshold_square**0.5) / max(rate - before, 1e-12)
+        past_s = interval_s * min(1.0, past)
+        lasted_s = since_s - past_s
+        since_s = past_s
+        if shortest_s <= lasted_s <= longest_s:
+            weight = smoothing if seen else 1.0
+            seen = True
+            stride_s = stride_s + weight * (lasted_s - stride_s)
+    return rate, mean_square, stride_s, since_s, armed, seen
+
+
+_track_compiled = njit(cache=True)(_track)
+
+
+@njit(cache=True)
+def _track_all(
+    rate: FloatArray, state: _TrackerState, constants: tuple[float, ...]
+) -> FloatArray:  # pragma: no cover
+    out = np.empty(len(rate))
+    for k in range(len(rate)):
+        state = _track_compiled(state, rate[k], constants)
+        out[k] = 1.0 / state[2]
+    return out

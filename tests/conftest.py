@@ -43,8 +43,8 @@ def _strides(t):
     return np.stack(
         [
             0.35 * np.sin(p) + 0.06 * np.sin(2 * p + 0.4) - 0.06 * np.sin(0.4),
-            0.08 * np.sin(p + 0.7) + 0.03 * np.sin(2 * p),
-            0.10 * np.sin(p + 2.0) + 0.02 * np.sin(3 * p),
+            0.08 * np.sin(p + 0.2) + 0.03 * np.sin(2 * p),
+            0.06 * np.sin(p + 0.3) + 0.02 * np.sin(3 * p),
         ],
         axis=-1,
     )

@@ -1,0 +1,75 @@
+"""What the two adapters to the library `ahrs` share."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
+from baselines.parameters import optional_library
+from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
+from narx.segment_angles import orientation_from_angles
+
+
+class AhrsFilter(OrientationMethod):
+    """A filter of the library `ahrs` with gyroscope and accelerometer.
+
+    Parameters
+    ----------
+    parameters : dict
+        Passed to the library's class as they are.
+
+    Raises
+    ------
+    MethodNotApplicableError
+        If the package `ahrs` is not installed.
+
+    Notes
+    -----
+    Starts from the initial angles where they are known, otherwise, as the library does, from
+    the first accelerometer sample.
+    """
+
+    library_class: ClassVar[str]
+    needs_accelerometer = True
+    streams = True
+
+    def __init__(self, parameters: dict[str, float]) -> None:
+        filters = optional_library(self.name, "ahrs").filters
+        self._class: Any = getattr(filters, self.library_class)
+        self._parameters = parameters
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        if not signals.n_samples:
+            return np.empty((0, 3))
+        initial = signals.initial_angles_rad
+        result = self._class(
+            gyr=gyroscope_xyz(signals.axis_rates_rad_s),
+            acc=np.ascontiguousarray(signals.specific_force_m_s2),
+            frequency=signals.sampling_rate_hz,
+            q0=None if initial is None else orientation_from_angles(initial)[0],
+            **self._parameters,
+        )
+        return angles_of(result.Q, signals)
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        running = self._class(frequency=sampling_rate_hz, **self._parameters)
+        angles = AnglesOneByOne()
+        quaternion: FloatArray | None = None
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            nonlocal quaternion
+            gyroscope = gyroscope_xyz(axis_rates)
+            if quaternion is None:
+                # the library's own start from one accelerometer sample
+                first = self._class(
+                    gyr=gyroscope[None],
+                    acc=np.asarray(specific_force, dtype=float)[None],
+                    frequency=sampling_rate_hz,
+                    **self._parameters,
+                )
+                quaternion = first.Q[0]
+            else:
+                quaternion = running.updateIMU(quaternion, gyroscope, specific_force)
+            return angles(quaternion)
+
+        return step

@@ -1,0 +1,236 @@
+"""Gyro integration-based orientation filter: integrate, and take gravity when it is alone."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import signal
+
+from baselines.moving_average import centred_moving_average
+from baselines.parameters import one_of, positive, tilt_axes
+from narx.errors import MethodNotApplicableError
+from narx.gait import stride_frequency_hz
+from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
+from narx.recording import GRAVITY_M_S2
+from narx.segment_angles import FRONTAL, SAGITTAL
+
+
+class Giof(OrientationMethod):
+    """Integrate the gyroscope; where the accelerometer reads gravity alone, believe it instead.
+
+    Parameters
+    ----------
+    mode : {"offline", "real_time"}
+        ``offline`` cleans the gyroscope with two centred moving averages and needs the whole
+        recording; ``real_time`` low-passes both sensors causally and subtracts a static offset.
+    axes : sequence of str
+        ``sagittal`` (the paper's one axis), ``frontal`` or both. The others are NaN.
+    eta_m_s2 : float
+        Allowed deviation of the accelerometer's norm from gravity, m/s^2.
+    rate_threshold_deg_s : float
+        gamma_3: the angular rate below which the segment counts as at rest, deg/s.
+    noise_window_s : float
+        Offline: window of the moving average against noise, s (10 samples at 100 Hz).
+    offset_window_s : float, optional
+        Offline: window of the moving average that is taken for the gyroscope's offset, s (150
+        samples at 100 Hz). None takes two strides of the detected cadence.
+    low_pass_hz : float
+        Real time: cut-off of the second-order Butterworth filter on all six channels, Hz.
+    static_offset_deg_s : sequence of float
+        Real time: offset subtracted from the three axis rates, deg/s, on top of the static
+        bias that calibration has removed already.
+
+    Notes
+    -----
+    Abhayasinghe et al., eqs. (1), (2) and Fig. 6. Eq. (2) is printed as ``rate < gamma_3``,
+    which any backward swing fulfils; the absolute value is meant. With two axes both rates must
+    be below the threshold, because the accelerometer reads gravity alone only when the segment
+    turns about neither. A window of an even number of samples is centred by giving its two end
+    samples half a weight, which is also what makes it a time and not a number of samples.
+    """
+
+    name = "giof"
+    needs_accelerometer = True
+    streams = True
+
+    def __init__(
+        self,
+        mode: str = "offline",
+        axes: Sequence[str] = ("sagittal", "frontal"),
+        eta_m_s2: float = 0.2,
+        rate_threshold_deg_s: float = 5.0,
+        noise_window_s: float = 0.1,
+        offset_window_s: float | None = 1.5,
+        low_pass_hz: float = 10.0,
+        static_offset_deg_s: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        self.mode = one_of(self.name, "mode", mode, ("offline", "real_time"))
+        self.columns = tilt_axes(self.name, axes)
+        self.eta_m_s2 = positive(self.name, "eta_m_s2", eta_m_s2)
+        self.rate_threshold_rad_s = float(
+            np.deg2rad(positive(self.name, "rate_threshold_deg_s", rate_threshold_deg_s))
+        )
+        self.noise_window_s = positive(self.name, "noise_window_s", noise_window_s)
+        self.offset_window_s = (
+            None
+            if offset_window_s is None
+            else positive(self.name, "offset_window_s", offset_window_s)
+        )
+        self.low_pass_hz = positive(self.name, "low_pass_hz", low_pass_hz)
+        self.static_offset_rad_s = np.deg2rad(np.asarray(static_offset_deg_s, dtype=float))
+
+    @property
+    def _norm_squared_range(self) -> tuple[float, float]:
+        return (GRAVITY_M_S2 - self.eta_m_s2) ** 2, (GRAVITY_M_S2 + self.eta_m_s2) ** 2
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        angles = np.full((signals.n_samples, 3), np.nan)
+        if not signals.n_samples:
+            return angles
+        if self.mode == "offline":
+            rates, force = self._clean(signals), signals.specific_force_m_s2
+        else:
+            rates, force = self._low_pass(signals)
+        initial = signals.initial_angles_rad
+        start = np.zeros(3) if initial is None else np.asarray(initial, dtype=float)
+        angles[:, self.columns] = _filter(
+            np.ascontiguousarray(rates[:, self.columns]),
+            np.ascontiguousarray(force),
+            np.array(self.columns),
+            start[self.columns],
+            0.5 * signals.interval_s,
+            *self._norm_squared_range,
+            self.rate_threshold_rad_s,
+        )
+        return angles
+
+    def _clean(self, signals: SegmentSignals) -> FloatArray:
+        """Gyroscope without noise and offset, by centred moving averages."""
+        rates, rate_hz = signals.axis_rates_rad_s, signals.sampling_rate_hz
+        window_s = self.offset_window_s
+        if window_s is None:
+            found = stride_frequency_hz(rates[:, SAGITTAL], rate_hz)
+            if not np.isfinite(found):
+                raise MethodNotApplicableError(
+                    f"method {self.name}: no walking found in {signals.segment}, so no two "
+                    "strides to average over: give offset_window_s"
+                )
+            window_s = 2.0 / found
+        offset = centred_moving_average(rates, window_s, rate_hz)
+        return centred_moving_average(rates, self.noise_window_s, rate_hz) - offset
+
+    def _butterworth(self, sampling_rate_hz: float) -> tuple[FloatArray, FloatArray]:
+        if self.low_pass_hz >= 0.5 * sampling_rate_hz:
+            raise MethodNotApplicableError(
+                f"method {self.name}: low_pass_hz is {self.low_pass_hz:g}, expected less than "
+                f"half the sampling rate of {sampling_rate_hz:g} Hz"
+            )
+        return signal.butter(2, self.low_pass_hz, fs=sampling_rate_hz)
+
+    def _low_pass(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray]:
+        b, a = self._butterworth(signals.sampling_rate_hz)
+        six = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
+        # as if the first sample had been there for ever: no transient from zero
+        smooth, _ = signal.lfilter(b, a, six, axis=0, zi=signal.lfilter_zi(b, a)[:, None] * six[0])
+        return smooth[:, :3] - self.static_offset_rad_s, smooth[:, 3:]
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        if self.mode == "offline":
+            raise MethodNotApplicableError(
+                f"method {self.name}: mode=offline needs the whole recording; "
+                "mode=real_time runs sample by sample"
+            )
+        b, a = (tuple(c.tolist()) for c in self._butterworth(sampling_rate_hz))
+        rest = signal.lfilter_zi(b, a).tolist()
+        offset = self.static_offset_rad_s.tolist()
+        half_s = 0.5 / sampling_rate_hz
+        low, high = self._norm_squared_range
+        threshold = self.rate_threshold_rad_s
+        angles = [np.nan, np.nan, np.nan]
+        for axis in self.columns:
+            angles[axis] = 0.0
+        memory: list[tuple[float, float]] = []
+        before: list[float] | None = None
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            nonlocal before
+            six = [*axis_rates, *specific_force]
+            if not memory:
+                memory.extend((rest[0] * value, rest[1] * value) for value in six)
+            wanted = [*self.columns, 3, 4, 5]
+            for channel in wanted:
+                six[channel], memory[channel] = _biquad(six[channel], memory[channel], b, a)
+            rates = [six[axis] - offset[axis] for axis in range(3)]
+            x, y, z = six[3:]
+            resting = _gravity_alone(x, y, z, low, high) and all(
+                abs(rates[axis]) < threshold for axis in self.columns
+            )
+            for axis in self.columns:
+                if resting:
+                    angles[axis] = _tilt(axis, x, y, z)
+                elif before is not None:
+                    angles[axis] = _integrate(angles[axis], rates[axis], before[axis], half_s)
+            before = rates
+            return np.array(angles)
+
+        return step
+
+
+def _biquad(
+    value: float, memory: tuple[float, float], b: tuple[float, ...], a: tuple[float, ...]
+) -> tuple[float, tuple[float, float]]:
+    """One sample through a second-order filter, transposed direct form II as in scipy."""
+    out = b[0] * value + memory[0]
+    return out, (b[1] * value - a[1] * out + memory[1], b[2] * value - a[2] * out)
+
+
+# plain arithmetic, so that it can be compiled and counted
+
+
+def _gravity_alone(x: float, y: float, z: float, low: float, high: float) -> bool:
+    """Eq. (1), squared to save the root."""
+    norm_squared = x * x + y * y + z * z
+    return low < norm_squared < high
+
+
+def _tilt(axis: int, x: float, y: float, z: float) -> float:
+    return np.arctan2(-y, np.sqrt(x * x + z * z)) if axis == FRONTAL else np.arctan2(x, z)
+
+
+def _integrate(angle: float, rate: float, rate_before: float, half_interval_s: float) -> float:
+    return angle + half_interval_s * (rate + rate_before)
+
+
+_gravity_alone_compiled = njit(cache=True)(_gravity_alone)
+_tilt_compiled = njit(cache=True)(_tilt)
+_integrate_compiled = njit(cache=True)(_integrate)
+
+
+@njit(cache=True)
+def _filter(
+    rates: FloatArray,
+    force: FloatArray,
+    axes: NDArray[np.int64],
+    start: FloatArray,
+    half_interval_s: float,
+    low: float,
+    high: float,
+    rate_threshold: float,
+) -> FloatArray:  # pragma: no cover
+    out = np.empty_like(rates)
+    for k in range(len(rates)):
+        x, y, z = force[k]
+        resting = _gravity_alone_compiled(x, y, z, low, high)
+        for i in range(len(axes)):
+            resting = resting and abs(rates[k, i]) < rate_threshold
+        for i in range(len(axes)):
+            if resting:
+                out[k, i] = _tilt_compiled(axes[i], x, y, z)
+            elif k == 0:
+                out[k, i] = start[i]
+            else:
+                out[k, i] = _integrate_compiled(
+                    out[k - 1, i], rates[k, i], rates[k - 1, i], half_interval_s
+                )
+    return out

@@ -1,0 +1,233 @@
+"""2-point error estimation: the drift between two moments of standing, taken as a line."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines.moving_average import centred_moving_average
+from baselines.parameters import one_of, positive
+from narx.errors import MethodNotApplicableError, UserError
+from narx.method import FloatArray, OrientationMethod, SegmentSignals
+from narx.segment_angles import TRANSVERSE, tilt_from_specific_force
+from narx.walking import StillThresholds, start_and_stop
+
+
+@dataclass(frozen=True)
+class TwoPointParts:
+    """What the method found on its way, for figures and tables.
+
+    Parameters
+    ----------
+    start, stop : int or None
+        Samples A and B; None where the whole recording stands still.
+    gyroscope_angles_rad : ndarray, shape (N, 3)
+        Integrated gyroscope psi, which agrees with the accelerometer at A; NaN outside A..B.
+    drift_rad : ndarray, shape (N, 3)
+        Estimated error of it, the line between A and B; NaN outside A..B.
+    angles_rad : ndarray, shape (N, 3)
+        The estimate.
+    """
+
+    start: int | None
+    stop: int | None
+    gyroscope_angles_rad: FloatArray
+    drift_rad: FloatArray
+    angles_rad: FloatArray
+
+
+class TwoPoint(OrientationMethod):
+    """Integrate between standing and standing, and take a straight line off the difference.
+
+    Parameters
+    ----------
+    start_s, stop_s : float, optional
+        Times A and B given by hand, s from the first sample; None finds them.
+    gravity_threshold_g : float
+        lambda_1: largest deviation of the accelerometer's norm from 1 g while standing, g.
+    rate_threshold_deg_s : float
+        lambda_2: largest rate about any axis while standing, deg/s.
+    still_s : float
+        lambda_3: shortest standing, s (50 samples at 100 Hz).
+    smoothing_s : float
+        Window of the moving average over the accelerometer in standing, s (2 K + 1 = 61 samples
+        at 100 Hz).
+    shaky_legs : bool
+        Raise both thresholds above what the first second shows; it must be standing.
+    shaky_margin : float
+        How many times the mean deviation of the first second.
+    rule : {"trapezoid", "rectangle"}
+        How the rate goes between two samples; the paper prints the rectangle (eq. (9)).
+
+    Notes
+    -----
+    Han et al., eqs. (3) to (14), with three corrections. Eq. (3) has its absolute value in the
+    wrong place (see `narx.walking.StillThresholds`). Eq. (7) sums 2 K + 1 samples and divides by
+    2 K, which makes gravity 1.7 % too large; a true mean is taken. Its window must not reach
+    from standing into the walk, so it ends at A and begins at B. Yaw is zero before A and after
+    B: right for a straight walk only.
+    """
+
+    name = "two_point"
+    needs_accelerometer = True
+
+    def __init__(
+        self,
+        start_s: float | None = None,
+        stop_s: float | None = None,
+        gravity_threshold_g: float = 0.07,
+        rate_threshold_deg_s: float = 10.0,
+        still_s: float = 0.5,
+        smoothing_s: float = 0.6,
+        shaky_legs: bool = False,
+        shaky_margin: float = 2.0,
+        rule: str = "trapezoid",
+    ) -> None:
+        if (start_s is None) != (stop_s is None):
+            raise UserError(
+                f"method {self.name}: start_s is {start_s} and stop_s {stop_s}, expected both "
+                "or neither"
+            )
+        self.start_s, self.stop_s = start_s, stop_s
+        self.thresholds = StillThresholds(
+            positive(self.name, "gravity_threshold_g", gravity_threshold_g),
+            float(np.deg2rad(positive(self.name, "rate_threshold_deg_s", rate_threshold_deg_s))),
+            positive(self.name, "still_s", still_s),
+        )
+        self.smoothing_s = positive(self.name, "smoothing_s", smoothing_s)
+        self.shaky_legs = shaky_legs
+        self.shaky_margin = positive(self.name, "shaky_margin", shaky_margin)
+        self.rule = one_of(self.name, "rule", rule, ("trapezoid", "rectangle"))
+
+    def estimate(self, signals: SegmentSignals) -> FloatArray:
+        """Estimate the angles of a whole recording.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            Calibrated signals; NaN where missing.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles in rad; NaN at missing samples. Unlike with other methods a gap keeps its
+            length here, because the drift is a line in time; what was turned within it is part
+            of the drift.
+
+        Raises
+        ------
+        MethodNotApplicableError
+            If there is no still part before or after the walk, or A and B given by hand are not
+            within the recording.
+        """
+        return self.parts(signals).angles_rad
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        return self.parts(signals).angles_rad
+
+    def parts(self, signals: SegmentSignals) -> TwoPointParts:
+        """Estimate, and keep what was found on the way.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            Calibrated signals; NaN where missing.
+
+        Returns
+        -------
+        TwoPointParts
+            A, B, integrated gyroscope, drift line and angles.
+
+        Raises
+        ------
+        MethodNotApplicableError
+            As `estimate`.
+        """
+        rates, force = signals.axis_rates_rad_s, signals.specific_force_m_s2
+        there = np.asarray(np.isfinite(np.hstack([rates, force])).all(axis=1))
+        found = self._start_and_stop(signals)
+        nowhere = np.full((signals.n_samples, 3), np.nan)
+        if found is None:
+            standing = self._standing(signals, there)
+            return TwoPointParts(None, None, nowhere, nowhere.copy(), standing)
+        start, stop = found
+        walk = slice(start, stop + 1)
+        before = self._standing(signals.select(slice(0, start + 1)), there[: start + 1])
+        after = self._standing(signals.select(slice(stop, None)), there[stop:])
+        at_start = self._nearest(signals, "before", before[::-1])
+        at_stop = self._nearest(signals, "after", after)
+        turned = _integrate(np.where(there[walk, None], rates[walk], 0.0), self.rule)
+        gyroscope = at_start + signals.interval_s * turned
+        # eqs. (10) and (11); the error at A is zero, because the integration starts there
+        error_at_stop = _short_way_round(gyroscope[-1] - at_stop)
+        drift = _drift_line(np.zeros(3), error_at_stop, len(gyroscope))
+        angles = np.concatenate([before[:-1], _compensate(gyroscope, drift), after[1:]])
+        angles[~there] = np.nan
+        gyroscope_angles, drift_line = nowhere, nowhere.copy()
+        gyroscope_angles[walk], drift_line[walk] = gyroscope, drift
+        gyroscope_angles[~there] = np.nan
+        return TwoPointParts(start, stop, gyroscope_angles, drift_line, angles)
+
+    def _start_and_stop(self, signals: SegmentSignals) -> tuple[int, int] | None:
+        if self.start_s is not None and self.stop_s is not None:
+            last_s = (signals.n_samples - 1) * signals.interval_s
+            if not 0.0 <= self.start_s < self.stop_s <= last_s:
+                raise MethodNotApplicableError(
+                    f"method {self.name}: start_s is {self.start_s} and stop_s {self.stop_s}, "
+                    f"expected 0 <= start_s < stop_s <= {last_s:.2f} in {signals.segment}"
+                )
+            rate_hz = signals.sampling_rate_hz
+            return round(self.start_s * rate_hz), round(self.stop_s * rate_hz)
+        rates, force = signals.axis_rates_rad_s, signals.specific_force_m_s2
+        thresholds = self.thresholds
+        if self.shaky_legs:
+            thresholds = thresholds.raised_for_shaky_legs(
+                rates, force, signals.sampling_rate_hz, self.shaky_margin
+            )
+        try:
+            return start_and_stop(rates, force, signals.sampling_rate_hz, thresholds)
+        except MethodNotApplicableError as error:
+            raise MethodNotApplicableError(
+                f"method {self.name} does not apply to {signals.segment}: {error} "
+                "(start_s and stop_s may be given by hand)"
+            ) from error
+
+    def _standing(self, signals: SegmentSignals, there: NDArray[np.bool_]) -> FloatArray:
+        """Accelerometer's tilt, eqs. (5) to (7), with a yaw of zero."""
+        angles = np.full((signals.n_samples, 3), np.nan)
+        smooth = centred_moving_average(
+            signals.specific_force_m_s2[there], self.smoothing_s, signals.sampling_rate_hz
+        )
+        angles[there, :TRANSVERSE] = tilt_from_specific_force(smooth)
+        angles[there, TRANSVERSE] = 0.0
+        return angles
+
+    def _nearest(self, signals: SegmentSignals, part: str, angles: FloatArray) -> FloatArray:
+        there = np.flatnonzero(np.isfinite(angles).all(axis=1))
+        if not there.size:
+            raise MethodNotApplicableError(
+                f"method {self.name}: every sample of {signals.segment} {part} the walk is "
+                "missing, expected standing"
+            )
+        return angles[there[0]]
+
+
+def _integrate(rates: FloatArray, rule: str) -> FloatArray:
+    """Eq. (9) in units of the sampling interval, zero at the first sample."""
+    steps = 0.5 * (rates[1:] + rates[:-1]) if rule == "trapezoid" else rates[1:]
+    return np.concatenate([np.zeros_like(rates[:1]), np.cumsum(steps, axis=0)])
+
+
+def _drift_line(at_start: FloatArray, at_stop: FloatArray, n_samples: int) -> FloatArray:
+    """Eqs. (12) and (13): the error at A and at B, joined by a line."""
+    weight = np.linspace(0.0, 1.0, n_samples)[:, None]
+    return at_start * (1.0 - weight) + at_stop * weight
+
+
+def _compensate(gyroscope: FloatArray, drift: FloatArray) -> FloatArray:
+    """Eq. (14)."""
+    return gyroscope - drift
+
+
+def _short_way_round(difference_rad: FloatArray) -> FloatArray:
+    return difference_rad - 2.0 * np.pi * np.round(difference_rad / (2.0 * np.pi))

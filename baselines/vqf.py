@@ -1,0 +1,84 @@
+"""Adapter to VQF, the orientation filter of Laidig and Seel (library `vqf`)."""
+
+import numpy as np
+
+from baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
+from baselines.parameters import optional_library, positive
+from narx.errors import MethodNotApplicableError
+from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
+
+
+class Vqf(OrientationMethod):
+    """VQF with gyroscope and accelerometer (6D), online or offline.
+
+    Parameters
+    ----------
+    offline : bool
+        False runs causally. True runs forwards and backwards over the whole recording.
+    tau_acc_s : float
+        Time constant of the inclination correction, s (`tauAcc`).
+    motion_bias_estimation : bool
+        Estimate the gyroscope's bias while moving (`motionBiasEstEnabled`).
+    rest_bias_estimation : bool
+        Estimate the gyroscope's bias at rest (`restBiasEstEnabled`).
+
+    Raises
+    ------
+    MethodNotApplicableError
+        If the package `vqf` is not installed.
+
+    Notes
+    -----
+    D. Laidig and T. Seel, "VQF: Highly accurate IMU orientation estimation with bias estimation
+    and magnetic disturbance rejection", Information Fusion 91, 2023. Defaults are the
+    library's. It cannot be given initial angles: its inclination comes from the first
+    accelerometer samples, its heading starts at zero.
+    """
+
+    name = "vqf"
+    needs_accelerometer = True
+    streams = True
+
+    def __init__(
+        self,
+        offline: bool = False,
+        tau_acc_s: float = 3.0,
+        motion_bias_estimation: bool = True,
+        rest_bias_estimation: bool = True,
+    ) -> None:
+        self._library = optional_library(self.name, "vqf")
+        self.offline = offline
+        self._parameters = {
+            "tauAcc": positive(self.name, "tau_acc_s", tau_acc_s),
+            "motionBiasEstEnabled": motion_bias_estimation,
+            "restBiasEstEnabled": rest_bias_estimation,
+        }
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        if not signals.n_samples:
+            return np.empty((0, 3))
+        gyroscope = gyroscope_xyz(signals.axis_rates_rad_s)
+        accelerometer = np.ascontiguousarray(signals.specific_force_m_s2)
+        if self.offline:
+            result = self._library.offlineVQF(
+                gyroscope, accelerometer, None, signals.interval_s, self._parameters
+            )
+        else:
+            vqf = self._library.VQF(signals.interval_s, **self._parameters)
+            result = vqf.updateBatch(gyroscope, accelerometer)
+        return angles_of(result["quat6D"], signals)
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        if self.offline:
+            raise MethodNotApplicableError(
+                f"method {self.name}: offline=true needs the whole recording; "
+                "offline=false runs sample by sample"
+            )
+        vqf = self._library.VQF(1.0 / sampling_rate_hz, **self._parameters)
+        angles = AnglesOneByOne()
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            vqf.update(gyroscope_xyz(axis_rates), np.ascontiguousarray(specific_force, dtype=float))
+            return angles(vqf.getQuat6D())
+
+        return step
