@@ -16,6 +16,9 @@ from narx.recording import GRAVITY_M_S2
 from narx.segment_angles import FRONTAL, SAGITTAL
 
 
+_PAPERS_OFFSET_WINDOW_S = 1.5  # 150 samples at 100 Hz
+
+
 class Giof(OrientationMethod):
     """Integrate the gyroscope; where the accelerometer reads gravity alone, believe it instead.
 
@@ -34,7 +37,8 @@ class Giof(OrientationMethod):
         Offline: window of the moving average against noise, s (10 samples at 100 Hz).
     offset_window_s : float, optional
         Offline: window of the moving average that is taken for the gyroscope's offset, s (150
-        samples at 100 Hz). None takes two strides of the detected cadence.
+        samples at 100 Hz). None takes two strides of the detected cadence (where no walking is
+        found, 1.5 s again).
     low_pass_hz : float
         Real time: cut-off of the second-order Butterworth filter on all six channels, Hz.
     static_offset_deg_s : sequence of float
@@ -61,7 +65,7 @@ class Giof(OrientationMethod):
         eta_m_s2: float = 0.2,
         rate_threshold_deg_s: float = 5.0,
         noise_window_s: float = 0.1,
-        offset_window_s: float | None = 1.5,
+        offset_window_s: float | None = _PAPERS_OFFSET_WINDOW_S,
         low_pass_hz: float = 10.0,
         static_offset_deg_s: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
@@ -111,12 +115,7 @@ class Giof(OrientationMethod):
         window_s = self.offset_window_s
         if window_s is None:
             found = stride_frequency_hz(rates[:, SAGITTAL], rate_hz)
-            if not np.isfinite(found):
-                raise MethodNotApplicableError(
-                    f"method {self.name}: no walking found in {signals.segment}, so no two "
-                    "strides to average over: give offset_window_s"
-                )
-            window_s = 2.0 / found
+            window_s = 2.0 / found if np.isfinite(found) else _PAPERS_OFFSET_WINDOW_S
         offset = centred_moving_average(rates, window_s, rate_hz)
         return centred_moving_average(rates, self.noise_window_s, rate_hz) - offset
 

@@ -39,6 +39,8 @@ class GyroIntegration(OrientationMethod):
         initial = signals.initial_angles_rad
         start = np.zeros(3) if initial is None else np.asarray(initial, dtype=float)
         rates, interval_s = signals.axis_rates_rad_s, signals.interval_s
+        if not len(rates):
+            return np.empty((0, 3))
         if self.coupled:
             turns = gyroscope_xyz(_between(rates, self.rule) * interval_s)
             orientation = _compose(orientation_from_angles(start)[0], turns)

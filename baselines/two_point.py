@@ -10,7 +10,7 @@ from baselines.parameters import one_of, positive
 from narx.errors import MethodNotApplicableError, UserError
 from narx.method import FloatArray, OrientationMethod, SegmentSignals
 from narx.segment_angles import TRANSVERSE, tilt_from_specific_force
-from narx.walking import StillThresholds, start_and_stop
+from narx.standing import StillThresholds, start_and_stop
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class TwoPoint(OrientationMethod):
     Notes
     -----
     Han et al., eqs. (3) to (14), with three corrections. Eq. (3) has its absolute value in the
-    wrong place (see `narx.walking.StillThresholds`). Eq. (7) sums 2 K + 1 samples and divides by
+    wrong place (see `narx.standing.StillThresholds`). Eq. (7) sums 2 K + 1 samples and divides by
     2 K, which makes gravity 1.7 % too large; a true mean is taken. Its window must not reach
     from standing into the walk, so it ends at A and begins at B. Yaw is zero before A and after
     B: right for a straight walk only.

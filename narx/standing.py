@@ -114,15 +114,26 @@ def still_samples(
     return _keep_long_runs(quiet, max(1, round(limits.duration_s * sampling_rate_hz)))
 
 
-def _runs(flags: BoolArray) -> list[tuple[int, int]]:
-    """First and one-past-last index of each run of True."""
+def runs(flags: BoolArray) -> list[tuple[int, int]]:
+    """List the runs of True.
+
+    Parameters
+    ----------
+    flags : ndarray of bool, shape (N,)
+        Any flags.
+
+    Returns
+    -------
+    list of (int, int)
+        First and one-past-last index of each run.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
 
 
 def _keep_long_runs(flags: BoolArray, shortest: int) -> BoolArray:
     kept = np.zeros(len(flags), dtype=bool)
-    for begin, end in _runs(flags):
+    for begin, end in runs(flags):
         if end - begin >= shortest:
             kept[begin:end] = True
     return kept
@@ -144,7 +155,7 @@ def still_parts_s(still: BoolArray, sampling_rate_hz: float) -> tuple[tuple[floa
         Time of the first and last sample of each run, s from the first sample of all.
     """
     return tuple(
-        (begin / sampling_rate_hz, (end - 1) / sampling_rate_hz) for begin, end in _runs(still)
+        (begin / sampling_rate_hz, (end - 1) / sampling_rate_hz) for begin, end in runs(still)
     )
 
 
