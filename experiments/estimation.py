@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from experiments.evaluated import Evaluated, knee
 from experiments.splits import TrialPart
-from narx.calibration import CalibratedSegment, calibrate
+from narx.calibration import CalibratedSegment
 from narx.errors import MethodNotApplicableError
 from narx.method import OrientationMethod
 from narx.network_method import NarxMethod
@@ -42,10 +42,10 @@ class Refusal:
 
 def evaluate_trial(
     trial: Trial,
+    calibrated: Mapping[str, CalibratedSegment],
     methods: Mapping[str, OrientationMethod],
     part: TrialPart,
     skip_s: float,
-    calibration: str = "auto",
 ) -> tuple[list[Evaluated], list[Refusal]]:
     """Estimate the angles of every segment and joint of a trial by every method.
 
@@ -53,14 +53,14 @@ def evaluate_trial(
     ----------
     trial : Trial
         The whole trial; methods run over all of it.
+    calibrated : mapping of str to CalibratedSegment
+        Its segments, by name.
     methods : mapping of str to OrientationMethod
         By name.
     part : TrialPart
         Part that is scored.
     skip_s : float
         Time after the first sample that is not scored, because causal methods begin at zero, s.
-    calibration : str
-        Mode of `narx.calibration.calibrate`.
 
     Returns
     -------
@@ -69,7 +69,6 @@ def evaluate_trial(
     refusals : list of Refusal
         Methods left out.
     """
-    calibrated = calibrate(trial, calibration)
     since_start_s = trial.time_s - trial.time_s[0]
     scored = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)
     if trial.scored is not None:

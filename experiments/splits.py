@@ -1,6 +1,6 @@
 """Who is trained on and who is tested: no sample of a test part is ever seen in training."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,12 +43,15 @@ class Fold:
     name : str
         What is left out, or how the training part was chosen.
     training, test : tuple of TrialPart
-        Disjoint parts.
+        No training part means that the network comes trained: a checkpoint, or the one shipped.
+    validation : tuple of TrialPart
+        Chooses among restarts; if there is none, the end of every training part is held back.
     """
 
     name: str
     training: tuple[TrialPart, ...]
     test: tuple[TrialPart, ...]
+    validation: tuple[TrialPart, ...] = ()
 
 
 Split = Callable[[pd.DataFrame, np.random.Generator], Iterator[Fold]]
@@ -140,7 +143,8 @@ def one_window(
     condition: str | None = None,
     window_s: float = 10.0,
     earliest_s: float = 20.0,
-    latest_s: float = 280.0,
+    latest_s: float = 250.0,
+    validation_s: float = 20.0,
     subject: str | None = None,
 ) -> Iterator[Fold]:
     """Train on one short window of one random subject, test on every trial (Tham et al., II-B2).
@@ -157,6 +161,8 @@ def one_window(
         Length of the window in s.
     earliest_s, latest_s : float
         Range in s in which the window starts.
+    validation_s : float
+        Time after the window that chooses among restarts, s.
     subject : str, optional
         Subject to train on; None draws one.
 
@@ -179,31 +185,77 @@ def one_window(
     chosen = rows.iloc[[int(rng.integers(len(rows)))]]
     start_s = float(rng.uniform(earliest_s, latest_s))
     (training,) = _parts(chosen, start_s, start_s + window_s)
+    (validation,) = _parts(chosen, start_s + window_s, start_s + window_s + validation_s)
     yield Fold(
         f"{training.subject}_{training.condition}_{start_s:.0f}s",
         (training,),
         tuple(_parts(index)),
+        (validation,),
     )
 
 
-def check_disjoint(fold: Fold) -> Sequence[str]:
-    """Name the trials whose training and test parts overlap.
+def everything(index: pd.DataFrame, rng: np.random.Generator) -> Iterator[Fold]:
+    """Train on all trials, test on none: for a network that is to be used elsewhere.
 
     Parameters
     ----------
-    fold : Fold
-        Any fold.
+    index : pandas.DataFrame
+        Trials with columns source, subject, condition, trial.
+    rng : numpy.random.Generator
+        Not used; every split has the same signature.
 
-    Returns
-    -------
-    sequence of str
-        Empty where no test sample is seen in training.
+    Yields
+    ------
+    Fold
+        One.
     """
-    return [
-        "/".join(test.key)
-        for test in fold.test
-        for training in fold.training
-        if test.key == training.key
-        and test.start_s < training.stop_s
-        and training.start_s < test.stop_s
-    ]
+    yield Fold("everything", tuple(_parts(index)), ())
+
+
+def pretrained(index: pd.DataFrame, rng: np.random.Generator) -> Iterator[Fold]:
+    """Test a network that is already trained on all trials.
+
+    Parameters
+    ----------
+    index : pandas.DataFrame
+        Trials with columns source, subject, condition, trial.
+    rng : numpy.random.Generator
+        Not used; every split has the same signature.
+
+    Yields
+    ------
+    Fold
+        One, without a training part.
+    """
+    yield Fold("pretrained", (), tuple(_parts(index)))
+
+
+def automatic(
+    index: pd.DataFrame, rng: np.random.Generator, *, testing: bool = True
+) -> Iterator[Fold]:
+    """Choose what suits the data.
+
+    Parameters
+    ----------
+    index : pandas.DataFrame
+        Trials with columns source, subject, condition, trial.
+    rng : numpy.random.Generator
+        Passed on.
+    testing : bool
+        Whether the folds are to be tested.
+
+    Yields
+    ------
+    Fold
+        The paper's window on simulated gait; else everything if only training is wanted, one
+        subject left out if there are several, and the network that is already trained if not.
+    """
+    if set(index["source"]) == {"simulated_gait"}:
+        normal = "normal" if (index["condition"] == "normal").any() else None
+        yield from one_window(index, rng, condition=normal)
+    elif not testing:
+        yield from everything(index, rng)
+    elif index["subject"].nunique() > 1:
+        yield from leave_one_out(index, rng)
+    else:
+        yield from pretrained(index, rng)

@@ -1,0 +1,235 @@
+"""Train the network of a fold, as the configuration says."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from hydra.utils import instantiate
+from narx.stability import stability_statement
+from numpy.typing import NDArray
+from omegaconf import DictConfig, OmegaConf
+
+from experiments.sources import load
+from experiments.splits import Fold, TrialPart
+from narx import checkpoint as checkpoints
+from narx.calibration import CalibratedSegment, calibrate
+from narx.checkpoint import Checkpoint
+from narx.datasets.base import TrialSource
+from narx.errors import UserError
+from narx.model import Narx
+from narx.normalisation import Normalisation
+from narx.recording import Trial
+from narx.segment_angles import SAGITTAL
+from narx.shipped import shipped_checkpoint
+from narx.spectrum import hidden_neurons
+from narx.start_up import StartUp
+from narx.structure import NarxStructure
+from narx.training import Log, Objective, TrainingSequence, batch, contiguous, hold_back
+
+FloatArray = NDArray[np.float64]
+
+# the teacher's angles of a calibrated segment
+Teacher = Callable[[CalibratedSegment], FloatArray]
+
+
+def network_of(
+    cfg: DictConfig,
+    sources: Mapping[str, TrialSource],
+    fold: Fold,
+    rng: np.random.Generator,
+    log: Log,
+) -> Checkpoint:
+    """Train, load, or take the shipped network for a fold.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        The command's configuration.
+    sources : mapping of str to TrialSource
+        By name.
+    fold : Fold
+        What may be trained on.
+    rng : numpy.random.Generator
+        Starts of the training.
+    log : callable
+        Told how training goes.
+
+    Returns
+    -------
+    Checkpoint
+        Trained network.
+    """
+    if cfg.get("checkpoint") is not None:
+        return checkpoints.load(Path(cfg.checkpoint))
+    if not fold.training:
+        return shipped_checkpoint()
+    return train(cfg, sources, fold, rng, log)
+
+
+def train(
+    cfg: DictConfig,
+    sources: Mapping[str, TrialSource],
+    fold: Fold,
+    rng: np.random.Generator,
+    log: Log,
+) -> Checkpoint:
+    """Train a network on the training part of a fold.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        Holds `model`, `optimizer`, `teacher`, `training`.
+    sources : mapping of str to TrialSource
+        By name.
+    fold : Fold
+        What may be trained on.
+    rng : numpy.random.Generator
+        Starts of the training.
+    log : callable
+        Told how training goes.
+
+    Returns
+    -------
+    Checkpoint
+        Trained network with its report, stability statement and error.
+
+    Raises
+    ------
+    UserError
+        If there is nothing to train on.
+    """
+    teacher = _teacher(cfg.teacher)
+    hashes: dict[str, str] = {}
+    training = list(_sequences(cfg, sources, fold.training, teacher, hashes))
+    if not training:
+        names = ", ".join("/".join(part.key) for part in fold.training)
+        raise UserError(f"training: no stretch without gaps in {names}")
+    if fold.validation:
+        validation = list(_sequences(cfg, sources, fold.validation, teacher, hashes))
+    else:
+        training, validation = hold_back(training, cfg.training.held_back)
+    model = _untrained(cfg.model, training)
+    optimizer = instantiate(cfg.optimizer)
+    objective = Objective(
+        tuple(cfg.model.objective.axis_weights),
+        cfg.model.objective.offset_free,
+        cfg.model.objective.washout_s,
+    )
+    initial_state = cfg.model.initial_state
+    report = optimizer.fit(
+        model,
+        batch(training, model, initial_state),
+        batch(validation, model, initial_state),
+        objective,
+        rng,
+        log,
+    )
+    start_up = StartUp(**OmegaConf.to_container(cfg.model.start_up))  # type: ignore[arg-type]
+    unfinished = Checkpoint(model, start_up, cfg.model.axis_scaling)
+    history = {
+        "fold": fold.name,
+        "trained_on": sorted({sequence.name for sequence in training}),
+        "training_s": sum(sequence.duration_s for sequence in training),
+        "config": OmegaConf.to_container(cfg, resolve=True),
+        "report": vars(report),
+        "stability": vars(stability_statement(model)),
+        "data_sha256": hashes,
+    }
+    return Checkpoint(
+        model,
+        start_up,
+        cfg.model.axis_scaling,
+        _error_std(unfinished, sources, fold, cfg.training.skip_s),
+        history,
+    )
+
+
+def _teacher(cfg: DictConfig) -> Teacher:
+    if cfg.get("_target_") is None:
+        return _reference
+    method = instantiate(cfg)
+    return lambda segment: method.estimate(segment.signals)
+
+
+def _reference(segment: CalibratedSegment) -> FloatArray:
+    if segment.reference_angles_rad is None:
+        raise UserError(
+            f"teacher=reference: '{segment.signals.segment}' has no reference; "
+            "use teacher=complementary_filter"
+        )
+    return segment.reference_angles_rad
+
+
+def _sequences(
+    cfg: DictConfig,
+    sources: Mapping[str, TrialSource],
+    parts: Iterable[TrialPart],
+    teacher: Teacher,
+    hashes: dict[str, str],
+) -> Iterable[TrainingSequence]:
+    for part in parts:
+        trial = load(sources, part)
+        hashes |= trial.sources
+        keep = _inside(trial, part, cfg.training.skip_s)
+        for name, segment in calibrate(trial, cfg.calibration).items():
+            if cfg.training.segments is not None and name not in cfg.training.segments:
+                continue
+            weight = float(cfg.training.weights.get(trial.dataset, 1.0))
+            yield from contiguous(
+                f"{trial.name}/{name}", segment.signals, teacher(segment), keep, weight
+            )
+
+
+def _inside(trial: Trial, part: TrialPart, skip_s: float) -> NDArray[np.bool_]:
+    since_start_s = trial.time_s - trial.time_s[0]
+    inside = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)
+    return np.asarray(inside)
+
+
+def _untrained(cfg: DictConfig, training: Sequence[TrainingSequence]) -> Narx:
+    rates = np.concatenate([s.signals.axis_rates_rad_s[:, SAGITTAL] for s in training])
+    targets = [s.target_rad[:, SAGITTAL] for s in training]
+    if cfg.objective.offset_free:
+        targets = [target - np.nanmean(target) for target in targets]
+    rate_hz = training[0].signals.sampling_rate_hz
+    hidden = hidden_neurons(rates, rate_hz) if cfg.hidden == "auto" else cfg.hidden
+    if not isinstance(hidden, int) or hidden < 1:
+        raise UserError(f"model.hidden is '{hidden}', expected a positive number or auto")
+    return Narx(
+        rate_hz,
+        Normalisation.fit(rates, np.concatenate(targets), cfg.normalisation),
+        NarxStructure(hidden, 1, cfg.input_lags, cfg.output_lags),
+        cfg.odd,
+        cfg.coupled,
+    )
+
+
+def _error_std(
+    network: Checkpoint, sources: Mapping[str, TrialSource], fold: Fold, skip_s: float
+) -> tuple[float, float, float] | None:
+    """Spread of the whole method's error over the trials trained on, where a reference exists."""
+    method = network.method()
+    squares: list[FloatArray] = []
+    for part in {part.key: part for part in fold.training}.values():
+        trial = load(sources, part)
+        for segment in calibrate(trial).values():
+            if segment.reference_angles_rad is None:
+                continue
+            error = segment.reference_angles_rad - method.estimate(segment.signals)
+            since_start_s = trial.time_s - trial.time_s[0]
+            error = error[since_start_s >= skip_s]
+            there = np.isfinite(error).any(axis=0)
+            squares.append(np.where(there, _nan_variance(error), np.nan))
+    if not squares:
+        return None
+    mean = [
+        float(np.sqrt(np.nanmean(column))) if np.isfinite(column).any() else math.nan
+        for column in np.array(squares).T
+    ]
+    return mean[0], mean[1], mean[2]
+
+
+def _nan_variance(error: FloatArray) -> FloatArray:
+    filled = np.where(np.isfinite(error).any(axis=0), error, 0.0)
+    return np.asarray(np.nanvar(filled, axis=0))
