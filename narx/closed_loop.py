@@ -1,48 +1,24 @@
-"""The NARX recurrence as a differentiable torch operator, with exact Jacobians.
+"""The NARX network run on its own outputs, as a differentiable torch operator.
 
-Closed loop (parallel): the network is fed its own outputs. Open loop (series-parallel): it is
-fed measured ones, which makes it a one-step predictor. Multi-step: closed loop, started again
-from measured outputs every `horizon` samples.
+Closed loop (parallel): the network is fed its own outputs. `narx.open_loop` feeds it measured
+ones; `narx.normal_equations` reduces a fit of either kind to what Gauss-Newton needs. Arrays of
+any floating type are computed in float64: a trained loop is nearly an integrator and amplifies
+rounding errors about 1e5 times.
 """
 
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-from narx.kernels import plain
+from narx._arrays import EXACT, back, broadcast, flat, flat_weights, kernel_shape, lanes_for
+from narx.kernels import loop
+from narx.kernels.lanes import SCALAR
+from narx.kernels.threads import in_threads
 from narx.structure import NarxStructure
 
-FloatArray = NDArray[np.float64]
 Tanh = Literal["rational", "exact"]
-
-
-@dataclass(frozen=True)
-class NormalEquations:
-    """Least-squares problem of one set of weights, reduced to what Gauss-Newton needs.
-
-    Parameters
-    ----------
-    cost : float
-        Half the sum of squared residuals (output - target) over the samples that count.
-    gradient : ndarray, shape (P,)
-        Gradient of `cost`: ``J.T @ residuals``.
-    jtj : ndarray, shape (P, P)
-        ``J.T @ J``.
-    n_residuals : int
-        Samples that count.
-    final_state : ndarray, shape (..., n_state)
-        State after the last sample of each sequence.
-    """
-
-    cost: float
-    gradient: FloatArray
-    jtj: FloatArray
-    n_residuals: int
-    final_state: FloatArray
 
 
 def closed_loop(
@@ -75,7 +51,7 @@ def closed_loop(
     final_state : Tensor, shape (..., n_state)
         State after the last sample: a long recording run in pieces gives the same outputs.
     """
-    weights, inputs, state = _broadcast(weights, inputs, state, structure)
+    weights, inputs, state = broadcast(weights, inputs, state, structure)
     if inputs.device.type == "cpu":
         outputs, final = _ClosedLoop.apply(weights, inputs, state, structure, tanh)
         return outputs, final
@@ -105,7 +81,7 @@ def closed_loop_by_torch(
     final_state : Tensor, shape (..., n_state)
         State after the last sample.
     """
-    weights, inputs, state = _broadcast(weights, inputs, state, structure)
+    weights, inputs, state = broadcast(weights, inputs, state, structure)
     w1 = weights[..., structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
     b1, w2 = weights[..., structure.b1], weights[..., structure.w2]
     b2 = weights[..., structure.b2]
@@ -126,6 +102,7 @@ def closed_loop_jacobian(
     state: Tensor | None = None,
     *,
     structure: NarxStructure,
+    tanh: Tanh = "rational",
 ) -> tuple[Tensor, Tensor]:
     """Run a network in closed loop with the sensitivity of every output to every weight.
 
@@ -139,6 +116,8 @@ def closed_loop_jacobian(
         State before the first sample; zero if not given. It does not depend on the weights.
     structure : NarxStructure
         Sizes of the network.
+    tanh : {"rational", "exact"}
+        As in `closed_loop`.
 
     Returns
     -------
@@ -147,255 +126,20 @@ def closed_loop_jacobian(
     jacobian : Tensor, shape (..., N, P)
         Derivative of the outputs with respect to the weights, by forward sensitivities.
     """
-    weights, inputs, state = _broadcast(weights, inputs, state, structure)
-    w, x, s = _flat(weights, inputs, state)
-    outputs, activations, _ = _rollout(w, x, s, structure)
-    jac = np.empty((*x.shape[:2], structure.n_weights))
-    plain.jacobian(w, x, s, structure.sizes, outputs, activations, True, jac)
-    return _back(outputs, inputs, ()), _back(jac, inputs, (structure.n_weights,))
+    weights, inputs, state = broadcast(weights, inputs, state, structure)
+    w, x, s = flat_weights(weights), flat(inputs, 2), flat(state, 1)
+    outputs, jac = np.empty(x.shape[:2]), np.empty((*x.shape[:2], structure.n_weights))
+    shape, exact = kernel_shape(structure), EXACT[tanh]
 
+    def part(first: int, last: int) -> None:
+        args = (w, x, s, x[..., 0], first, last, outputs, jac, shape, SCALAR, exact, True)
+        loop.jacobian(*args)
 
-def closed_loop_normal_equations(
-    weights: Tensor,
-    inputs: Tensor,
-    targets: Tensor,
-    state: Tensor | None = None,
-    *,
-    structure: NarxStructure,
-    sequence_weights: Tensor | None = None,
-    washout: int = 0,
-) -> NormalEquations:
-    """Reduce the closed-loop fit of one network to several sequences to its normal equations.
-
-    Parameters
-    ----------
-    weights : Tensor, shape (P,)
-        Flat weights.
-    inputs : Tensor, shape (..., N, n_inputs)
-        Normalised inputs.
-    targets : Tensor, shape (..., N)
-        Normalised outputs wanted; NaN samples do not count (the recurrence runs on).
-    state : Tensor, shape (..., n_state), optional
-        State before the first sample; zero if not given.
-    structure : NarxStructure
-        Sizes of the network.
-    sequence_weights : Tensor, shape (...), optional
-        Factor on the squared residuals of each sequence; 1 if not given.
-    washout : int
-        Initial samples of each sequence that do not count.
-
-    Returns
-    -------
-    NormalEquations
-        Cost, gradient and Gauss-Newton matrix, summed over the sequences.
-    """
-    weights, inputs, state = _broadcast(weights, inputs, state, structure)
-    w, x, s = _flat(weights, inputs, state)
-    outputs, activations, final = _rollout(w, x, s, structure)
-    jac = np.empty((*x.shape[:2], structure.n_weights))
-    plain.jacobian(w, x, s, structure.sizes, outputs, activations, True, jac)
-    return _normal_equations(
-        outputs, jac, targets, sequence_weights, washout, _back(final, inputs[..., 0, 0], None)
-    )
-
-
-def open_loop(
-    weights: Tensor,
-    inputs: Tensor,
-    measured: Tensor,
-    state: Tensor | None = None,
-    *,
-    structure: NarxStructure,
-) -> Tensor:
-    """Predict each sample from the measured outputs before it (differentiable).
-
-    Parameters
-    ----------
-    weights : Tensor, shape (..., P)
-        Flat weights; leading dimensions broadcast against those of `inputs`.
-    inputs : Tensor, shape (..., N, n_inputs)
-        Normalised inputs.
-    measured : Tensor, shape (..., N)
-        Normalised measured outputs.
-    state : Tensor, shape (..., n_state), optional
-        Inputs and outputs before the first sample; zero if not given.
-    structure : NarxStructure
-        Sizes of the network.
-
-    Returns
-    -------
-    Tensor, shape (..., N)
-        One-step predictions; NaN where a measured output they need is NaN.
-    """
-    weights, inputs, state = _broadcast(weights, inputs, state, structure)
-    x = _lagged_features(inputs, measured, state, structure)
-    w1 = weights[..., structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
-    hidden = torch.tanh(x @ w1.mT + weights[..., None, structure.b1])
-    return (hidden * weights[..., None, structure.w2]).sum(-1) + weights[..., structure.b2, None]
-
-
-def open_loop_jacobian(
-    weights: Tensor,
-    inputs: Tensor,
-    measured: Tensor,
-    state: Tensor | None = None,
-    *,
-    structure: NarxStructure,
-) -> tuple[Tensor, Tensor]:
-    """Predict each sample from measured outputs, with the derivative by every weight.
-
-    Parameters
-    ----------
-    weights : Tensor, shape (..., P)
-        Flat weights; leading dimensions broadcast against those of `inputs`.
-    inputs : Tensor, shape (..., N, n_inputs)
-        Normalised inputs.
-    measured : Tensor, shape (..., N)
-        Normalised measured outputs.
-    state : Tensor, shape (..., n_state), optional
-        Inputs and outputs before the first sample; zero if not given.
-    structure : NarxStructure
-        Sizes of the network.
-
-    Returns
-    -------
-    outputs : Tensor, shape (..., N)
-        One-step predictions.
-    jacobian : Tensor, shape (..., N, P)
-        Their derivative with respect to the weights.
-    """
-    weights, inputs, state = _broadcast(weights, inputs, state, structure)
-    x = _lagged_features(inputs, measured, state, structure)
-    w1 = weights[..., structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
-    w2 = weights[..., None, structure.w2]
-    hidden = torch.tanh(x @ w1.mT + weights[..., None, structure.b1])
-    outputs = (hidden * w2).sum(-1) + weights[..., structure.b2, None]
-    slope = w2 * (1.0 - hidden * hidden)
-    rows = (slope.unsqueeze(-1) * x.unsqueeze(-2)).flatten(-2)
-    return outputs, torch.cat([rows, slope, hidden, torch.ones_like(outputs)[..., None]], dim=-1)
-
-
-def open_loop_normal_equations(
-    weights: Tensor,
-    inputs: Tensor,
-    measured: Tensor,
-    state: Tensor | None = None,
-    *,
-    structure: NarxStructure,
-    sequence_weights: Tensor | None = None,
-    washout: int = 0,
-) -> NormalEquations:
-    """Reduce the one-step fit of one network to several sequences to its normal equations.
-
-    Parameters
-    ----------
-    weights : Tensor, shape (P,)
-        Flat weights.
-    inputs : Tensor, shape (..., N, n_inputs)
-        Normalised inputs.
-    measured : Tensor, shape (..., N)
-        Normalised measured outputs; a NaN, and the samples that look back at it, do not count.
-    state : Tensor, shape (..., n_state), optional
-        Inputs and outputs before the first sample; zero if not given.
-    structure : NarxStructure
-        Sizes of the network.
-    sequence_weights : Tensor, shape (...), optional
-        Factor on the squared residuals of each sequence; 1 if not given.
-    washout : int
-        Initial samples of each sequence that do not count.
-
-    Returns
-    -------
-    NormalEquations
-        Cost, gradient and Gauss-Newton matrix, summed over the sequences.
-    """
-    outputs, jac = open_loop_jacobian(weights, inputs, measured, state, structure=structure)
-    _, inputs, state = _broadcast(weights, inputs, state, structure)
-    bad = outputs.isnan()
-    return _normal_equations(
-        outputs.detach().numpy(),
-        jac.detach().numpy(),
-        measured.masked_fill(bad, torch.nan),
-        sequence_weights,
-        washout,
-        state.numpy(),
-    )
-
-
-def _lagged_features(
-    inputs: Tensor, measured: Tensor, state: Tensor, structure: NarxStructure
-) -> Tensor:
-    n, n_past = inputs.shape[-2], structure.n_input_state
-    past_inputs = state[..., :n_past].unflatten(-1, (-1, structure.n_inputs)).flip(-2)
-    v = torch.cat([past_inputs, inputs], dim=-2)
-    p = torch.cat([state[..., n_past:].flip(-1), measured.expand(inputs.shape[:-1])], dim=-1)
-    lags = [v[..., lag : lag + n, :] for lag in range(structure.input_lags - 1, -1, -1)]
-    lags += [p[..., lag : lag + n, None] for lag in range(structure.output_lags - 1, -1, -1)]
-    return torch.cat(lags, dim=-1)
-
-
-def _normal_equations(
-    outputs: FloatArray,
-    jac: FloatArray,
-    targets: Tensor,
-    sequence_weights: Tensor | None,
-    washout: int,
-    final_state: Any,
-) -> NormalEquations:
-    residuals = outputs.reshape(targets.shape) - targets.detach().numpy()
-    counts = ~np.isnan(targets.detach().numpy())
-    counts[..., :washout] = False
-    root = np.ones(targets.shape)
-    if sequence_weights is not None:
-        root *= np.sqrt(sequence_weights.detach().numpy())[..., None]
-    jac = jac.reshape((*targets.shape, jac.shape[-1]))
-    e, j = (residuals * root)[counts], (jac * root[..., None])[counts]
-    return NormalEquations(0.5 * float(e @ e), j.T @ e, j.T @ j, int(counts.sum()), final_state)
-
-
-def _broadcast(
-    weights: Tensor, inputs: Tensor, state: Tensor | None, structure: NarxStructure
-) -> tuple[Tensor, Tensor, Tensor]:
-    if inputs.ndim < 2 or inputs.shape[-1] != structure.n_inputs:
-        raise ValueError(f"inputs {tuple(inputs.shape)}, expected (..., N, {structure.n_inputs})")
-    if weights.shape[-1:] != (structure.n_weights,):
-        raise ValueError(f"weights {tuple(weights.shape)}, expected (..., {structure.n_weights})")
-    if state is None:
-        state = inputs.new_zeros(structure.n_state)
-    if state.shape[-1:] != (structure.n_state,):
-        raise ValueError(f"state {tuple(state.shape)}, expected (..., {structure.n_state})")
-    lead = torch.broadcast_shapes(weights.shape[:-1], inputs.shape[:-2], state.shape[:-1])
+    in_threads(part, len(x), 1)
     return (
-        weights.expand(*lead, structure.n_weights),
-        inputs.expand(*lead, *inputs.shape[-2:]),
-        state.expand(*lead, structure.n_state),
+        back(outputs, inputs.shape[:-1], inputs),
+        back(jac, (*inputs.shape[:-1], structure.n_weights), inputs),
     )
-
-
-def _flat(weights: Tensor, inputs: Tensor, state: Tensor) -> tuple[Any, Any, Any]:
-    def double(tensor: Tensor, keep: int) -> FloatArray:
-        flat = tensor.detach().to(torch.float64).reshape(-1, *tensor.shape[-keep:])
-        return np.ascontiguousarray(flat.numpy())
-
-    n_sequences = int(np.prod(inputs.shape[:-2]))
-    x = np.ascontiguousarray(inputs.detach().to(torch.float64).numpy())
-    x = x.reshape(n_sequences, *inputs.shape[-2:])
-    return double(weights, 1), x, double(state, 1)
-
-
-def _rollout(
-    w: FloatArray, x: FloatArray, s: FloatArray, structure: NarxStructure
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    outputs, final = np.empty(x.shape[:2]), np.empty_like(s)
-    activations = np.empty((*x.shape[:2], structure.hidden))
-    plain.rollout(w, x, s, structure.sizes, outputs, final, activations)
-    return outputs, activations, final
-
-
-def _back(array: FloatArray, like: Tensor, last: tuple[int, ...] | None) -> Tensor:
-    if last is None:  # a state
-        return torch.from_numpy(array).reshape(*like.shape, -1).to(like.dtype)
-    return torch.from_numpy(array).reshape(*like.shape[:-1], *last).to(like.dtype)
 
 
 class _ClosedLoop(torch.autograd.Function):
@@ -403,26 +147,41 @@ class _ClosedLoop(torch.autograd.Function):
 
     @staticmethod
     def forward(
-        ctx: Any, weights: Tensor, inputs: Tensor, state: Tensor, structure: Any, tanh: str
+        ctx: Any,
+        weights: Tensor,
+        inputs: Tensor,
+        state: Tensor,
+        structure: NarxStructure,
+        tanh: Tanh,
     ) -> tuple[Tensor, Tensor]:
-        w, x, s = _flat(weights, inputs, state)
-        outputs, activations, final = _rollout(w, x, s, structure)
+        w, x, s = flat_weights(weights), flat(inputs, 2), flat(state, 1)
+        outputs, final = np.empty(x.shape[:2]), np.empty_like(s)
+        shape, lanes, exact = kernel_shape(structure), lanes_for(len(x)), EXACT[tanh]
+
+        def part(first: int, last: int) -> None:
+            loop.run(w, x, s, first, last, outputs, final, shape, lanes, exact)
+
+        in_threads(part, len(x), len(lanes))
         ctx.save_for_backward(weights, inputs, state)
-        ctx.structure, ctx.kept = structure, (outputs, activations)
-        return _back(outputs, inputs, ()), _back(final, inputs[..., 0, 0], None)
+        ctx.kept = (w, x, s, outputs, shape, lanes, exact)
+        return back(outputs, inputs.shape[:-1], inputs), back(final, state.shape, inputs)
 
     @staticmethod
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, d_outputs: Tensor, d_final: Tensor) -> tuple[Tensor | None, ...]:
         weights, inputs, state = ctx.saved_tensors
-        structure, (outputs, activations) = ctx.structure, ctx.kept
-        w, x, s = _flat(weights, inputs, state)
-        dy = np.ascontiguousarray(d_outputs.to(torch.float64).numpy()).reshape(outputs.shape)
-        df = np.ascontiguousarray(d_final.to(torch.float64).numpy()).reshape(s.shape)
-        dw, dx, ds = np.zeros_like(w), np.zeros_like(x), np.zeros_like(s)
-        plain.adjoint(w, x, s, structure.sizes, outputs, activations, dy, df, dw, dx, ds)
+        w, x, s, outputs, *sizes = ctx.kept
+        dy, df = flat(d_outputs, 1), flat(d_final, 1)
+        dw, dx, ds = np.empty((len(x), w.shape[1])), np.empty_like(x), np.empty_like(s)
 
-        def back(array: FloatArray, like: Tensor) -> Tensor:
-            return torch.from_numpy(array).reshape(like.shape).to(like.dtype)
+        def part(first: int, last: int) -> None:
+            loop.adjoint(w, x, s, outputs, dy, df, first, last, dw, dx, ds, *sizes)
 
-        return back(dw, weights), back(dx, inputs), back(ds, state), None, None
+        in_threads(part, len(x), len(sizes[1]))
+        return (
+            back(dw, weights.shape, weights),
+            back(dx, inputs.shape, inputs),
+            back(ds, state.shape, state),
+            None,
+            None,
+        )

@@ -1,0 +1,241 @@
+"""Explicit vectors for numba: one kernel source for a single sequence and for many in step.
+
+A recurrence cannot be vectorised over time, but many of them can run side by side: restarts of
+a training, channels of a recording. Compilers see that only with luck (aliasing, short inner
+loops), so the kernels say it: `load` gives a vector of `width` neighbouring float64 (a plain
+float64 for a width of one), the operators work on it, `store` puts it back. LLVM cuts a vector
+into the registers that the machine has.
+
+Sizes reach the kernels as tuples, by their *length*: a length is part of a tuple's type, so
+every loop over hidden neurons, lags or lanes has a bound known at compile time.
+"""
+
+import math
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba import njit, types
+from numba.core import cgutils
+from numba.core.extending import intrinsic, overload
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import models, register_model
+
+JIT: dict[str, Any] = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",  # the check for division by zero would block vectorisation
+    "fastmath": {"contract"},  # fused multiply-add, but NaN stays NaN and order stays order
+}
+
+
+def length(n: int) -> tuple[int, ...]:
+    """Return a tuple whose length tells a kernel a size at compile time.
+
+    Parameters
+    ----------
+    n : int
+        The size.
+
+    Returns
+    -------
+    tuple of int
+        `n` zeros.
+    """
+    return (0,) * n
+
+
+SCALAR, VECTOR = length(1), length(8)
+
+
+class Vector(types.Type):
+    """Numba type of `width` float64 in one value."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Vector({width})")
+
+
+@register_model(Vector)
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, dmm: Any, fe_type: Vector) -> None:
+        super().__init__(dmm, fe_type, ir.VectorType(ir.DoubleType(), fe_type.width))
+
+
+def _value_type(width: int) -> types.Type:
+    return types.float64 if width == 1 else Vector(width)
+
+
+def _splat(builder: ir.IRBuilder, value: ir.Value, width: int) -> ir.Value:
+    vector = ir.VectorType(ir.DoubleType(), width)
+    index = ir.Constant(ir.IntType(32), 0)
+    one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, index)
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
+    return builder.shuffle_vector(one, one, mask)
+
+
+_OPERATIONS = {
+    operator.add: "fadd",
+    operator.sub: "fsub",
+    operator.mul: "fmul",
+    operator.truediv: "fdiv",
+}
+
+
+class _VectorArithmetic(AbstractTemplate):
+    def generic(self, args: tuple[types.Type, ...], kws: dict[str, Any]) -> Any:
+        if len(args) != 2 or not any(isinstance(a, Vector) for a in args):
+            return None
+        vector = next(a for a in args if isinstance(a, Vector))
+        wanted = [a if isinstance(a, Vector) else types.float64 for a in args]
+        return signature(vector, *wanted)
+
+
+def _lower(function: Any, instruction: str) -> None:
+    infer_global(function)(_VectorArithmetic)
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        width = sig.return_type.width
+        left, right = (
+            arg if isinstance(ty, Vector) else _splat(builder, arg, width)
+            for arg, ty in zip(args, sig.args, strict=True)
+        )
+        return getattr(builder, instruction)(left, right, flags=("contract",))
+
+    for a, b in ((Vector, Vector), (Vector, types.Float), (types.Float, Vector)):
+        lower_builtin(function, a, b)(lower)
+
+
+for _function, _instruction in _OPERATIONS.items():
+    _lower(_function, _instruction)
+
+
+def _pointer(context: Any, builder: Any, sig: Any, array: Any, index: Any, width: int) -> Any:
+    array_type, index_type = sig.args[1], sig.args[2]
+    view = context.make_array(array_type)(context, builder, array)
+    position = cgutils.unpack_tuple(builder, index, len(index_type))
+    position = [
+        context.cast(builder, i, ty, types.intp) for i, ty in zip(position, index_type, strict=True)
+    ]
+    pointer = cgutils.get_item_pointer(
+        context, builder, array_type, view, position, wraparound=False, boundscheck=False
+    )
+    if width == 1:
+        return pointer
+    return builder.bitcast(pointer, ir.VectorType(ir.DoubleType(), width).as_pointer())
+
+
+@intrinsic
+def load(typingctx: Any, lanes: Any, array: Any, index: Any) -> Any:
+    """Read neighbouring numbers, as many as there are lanes, from ``array[index]`` on."""
+    width = len(lanes)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        pointer = _pointer(context, builder, sig, args[1], args[2], width)
+        return builder.load(pointer, align=8)
+
+    return _value_type(width)(lanes, array, index), codegen
+
+
+@intrinsic
+def spread(typingctx: Any, lanes: Any, array_lanes: Any, array: Any, index: Any) -> Any:
+    """Read as `load` does, or put the one number that is there into all lanes."""
+    width, array_width = len(lanes), len(array_lanes)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        inner = sig.return_type(lanes, array, index)
+        pointer = _pointer(context, builder, inner, args[2], args[3], array_width)
+        value = builder.load(pointer, align=8)
+        return _splat(builder, value, width) if array_width < width else value
+
+    return _value_type(width)(lanes, array_lanes, array, index), codegen
+
+
+@intrinsic
+def store(typingctx: Any, lanes: Any, array: Any, index: Any, value: Any) -> Any:
+    """Write neighbouring numbers from ``array[index]`` on."""
+    width = len(lanes)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        pointer = _pointer(context, builder, sig, args[1], args[2], width)
+        builder.store(args[3], pointer, align=8)
+        return context.get_dummy_value()
+
+    return types.void(lanes, array, index, _value_type(width)), codegen
+
+
+@intrinsic
+def splat(typingctx: Any, lanes: Any, value: Any) -> Any:
+    """Put one number into all lanes."""
+    width = len(lanes)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        return args[1] if width == 1 else _splat(builder, args[1], width)
+
+    return _value_type(width)(lanes, types.float64), codegen
+
+
+@intrinsic
+def clamp(typingctx: Any, value: Any, limit: Any) -> Any:
+    """Limit to +-limit; NaN stays NaN."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        x, high = args
+        low = builder.fsub(ir.Constant(high.type, 0.0), high)
+        if isinstance(sig.args[0], Vector):
+            high, low = (_splat(builder, v, sig.args[0].width) for v in (high, low))
+        x = builder.select(builder.fcmp_ordered(">", x, high), high, x)
+        return builder.select(builder.fcmp_ordered("<", x, low), low, x)
+
+    return value(value, types.float64), codegen
+
+
+@intrinsic
+def _lane(typingctx: Any, value: Any, index: Any) -> Any:
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        return builder.extract_element(args[0], args[1])
+
+    return types.float64(value, index), codegen
+
+
+@intrinsic
+def _with_lane(typingctx: Any, value: Any, index: Any, number: Any) -> Any:
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        return builder.insert_element(args[0], args[2], args[1])
+
+    return value(value, index, types.float64), codegen
+
+
+def exact_tanh(x: Any) -> Any:
+    """Hyperbolic tangent of the C library, lane by lane."""
+    raise NotImplementedError
+
+
+@overload(exact_tanh)
+def _exact_tanh(x: Any) -> Any:
+    if not isinstance(x, Vector):
+        return lambda x: math.tanh(x)
+    width = x.width
+
+    def by_lane(x: Any) -> Any:
+        for lane in range(width):
+            x = _with_lane(x, lane, math.tanh(_lane(x, lane)))
+        return x
+
+    return by_lane
+
+
+__all__ = [
+    "JIT",
+    "SCALAR",
+    "VECTOR",
+    "clamp",
+    "exact_tanh",
+    "length",
+    "load",
+    "njit",
+    "splat",
+    "spread",
+    "store",
+]

@@ -1,0 +1,40 @@
+"""Threads over sequences: the kernels release the interpreter's lock."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+
+import torch
+
+
+@lru_cache(maxsize=4)
+def _pool(n_threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(n_threads, thread_name_prefix="narx")
+
+
+def in_threads(work: Callable[[int, int], None], n: int, step: int) -> None:
+    """Call `work(first, last)` on parts of `range(n)`, in as many threads as torch may use.
+
+    Parameters
+    ----------
+    work : callable
+        Does items `first` to `last`; results must not depend on how the range is cut.
+    n : int
+        Number of items.
+    step : int
+        Items that are done together: parts are multiples of it.
+    """
+    n_threads = min(torch.get_num_threads(), -(-n // step))
+    if n_threads <= 1:
+        if n:
+            work(0, n)
+        return
+    list(_pool(n_threads).map(lambda part: work(*part), _parts(n, step, n_threads)))
+
+
+def _parts(n: int, step: int, n_parts: int) -> Iterator[tuple[int, int]]:
+    steps = -(-n // step)
+    for i in range(n_parts):
+        first, last = steps * i // n_parts * step, min(steps * (i + 1) // n_parts * step, n)
+        if first < last:
+            yield first, last

@@ -1,0 +1,160 @@
+"""What happens to one tile of samples: run the network, linearise it, carry sensitivities on.
+
+Layout: the last axis of every array holds columns, and a column is a sample of a lane: sample
+`t` of lane `l` of W lies at ``t * W + l``. With W lanes in step (restarts, recordings), a vector
+is one sample of all lanes; with one lane, it is consecutive samples. What does not depend on the
+sample before it therefore runs in vectors either way, and a lag of m samples is m * W columns.
+
+Inputs ``x`` (C, columns) start with the ``input_lags - 1`` samples before the tile, fed-back
+outputs ``y`` (1, columns) with the ``output_lags`` samples before it, and sensitivities ``rows``
+(K, columns) with `head` columns, whose end holds the same samples.
+"""
+
+from typing import Any
+
+from narx.kernels.lanes import JIT, VECTOR, load, njit, splat, spread, store
+from narx.kernels.tanh import activate
+
+
+@njit(**JIT)
+def head(n_out: Any, width: Any) -> Any:
+    """Columns of `rows` before the tile: enough for the lags, and whole vectors."""
+    return (n_out * width + 7) // 8 * 8
+
+
+@njit(**JIT)
+def advance(
+    weights: Any, x: Any, y: Any, h: Any, start: int, stop: int, shape: Any, lanes: Any, exact: Any
+) -> None:
+    """Run samples `start` to `stop` in closed loop: outputs to `y`, activations to `h`."""
+    n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
+    width, n_v, n_features = len(lanes), n_inputs * n_in, n_inputs * n_in + n_out
+    bias, slope = n_hidden * n_features, n_hidden * (n_features + 1)
+    newest = load(lanes, y, (0, (start + n_out - 1) * width))
+    for t in range(start, stop):
+        out = load(lanes, weights, (slope + n_hidden, 0))
+        for j in range(n_hidden):
+            z = load(lanes, weights, (bias + j, 0))
+            for i in range(n_in):
+                for c in range(n_inputs):
+                    w = load(lanes, weights, (j * n_features + i * n_inputs + c, 0))
+                    z = z + w * load(lanes, x, (c, (t + n_in - 1 - i) * width))
+            for m in range(n_out - 1, 0, -1):
+                w = load(lanes, weights, (j * n_features + n_v + m, 0))
+                z = z + w * load(lanes, y, (0, (t + n_out - 1 - m) * width))
+            # the newest output comes last: everything else is known before it
+            z = z + load(lanes, weights, (j * n_features + n_v, 0)) * newest
+            activation = activate(z, exact)
+            store(lanes, h, (j, t * width), activation)
+            out = out + load(lanes, weights, (slope + j, 0)) * activation
+        store(lanes, y, (0, (t + n_out) * width), out)
+        newest = out
+
+
+@njit(**JIT)
+def predict(
+    weights: Any, x: Any, y: Any, out: Any, h: Any, n: int, shape: Any, lanes: Any, exact: Any
+) -> None:
+    """Run `n` samples in open loop, fed from `y`: outputs to `out`, activations to `h`."""
+    n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
+    width, n_v, n_features = len(lanes), n_inputs * n_in, n_inputs * n_in + n_out
+    bias, slope = n_hidden * n_features, n_hidden * (n_features + 1)
+    v = VECTOR
+    for at in range(0, n * width, 8):
+        p = spread(v, lanes, weights, (slope + n_hidden, 0))
+        for j in range(n_hidden):
+            z = spread(v, lanes, weights, (bias + j, 0))
+            for i in range(n_in):
+                for c in range(n_inputs):
+                    w = spread(v, lanes, weights, (j * n_features + i * n_inputs + c, 0))
+                    z = z + w * load(v, x, (c, at + (n_in - 1 - i) * width))
+            for m in range(n_out - 1, -1, -1):
+                w = spread(v, lanes, weights, (j * n_features + n_v + m, 0))
+                z = z + w * load(v, y, (0, at + (n_out - 1 - m) * width))
+            activation = activate(z, exact)
+            store(v, h, (j, at), activation)
+            p = p + spread(v, lanes, weights, (slope + j, 0)) * activation
+        store(v, out, (0, at + n_out * width), p)
+
+
+@njit(**JIT)
+def linearise(
+    weights: Any,
+    x: Any,
+    y: Any,
+    h: Any,
+    rows: Any,
+    feedback: Any,
+    start: int,
+    stop: int,
+    shape: Any,
+    lanes: Any,
+    recurrent: Any,
+) -> None:
+    """Differentiate samples: by weights to `rows`, by the outputs before to `feedback`.
+
+    Without `recurrent`, `feedback` is left alone. Up to seven columns beyond the last are
+    written as well.
+    """
+    n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
+    width, n_v, n_features = len(lanes), n_inputs * n_in, n_inputs * n_in + n_out
+    bias, slope = n_hidden * n_features, n_hidden * (n_features + 1)
+    v = VECTOR
+    for at in range(start * width, stop * width, 8):
+        to = at + head(n_out, width)
+        for j in range(n_hidden):
+            activation = load(v, h, (j, at))
+            w = spread(v, lanes, weights, (slope + j, 0))
+            d = w - (w * activation) * activation
+            store(v, rows, (bias + j, to), d)
+            store(v, rows, (slope + j, to), activation)
+            for i in range(n_in):
+                for c in range(n_inputs):
+                    p = load(v, x, (c, at + (n_in - 1 - i) * width))
+                    store(v, rows, (j * n_features + i * n_inputs + c, to), d * p)
+            for m in range(n_out):
+                p = load(v, y, (0, at + (n_out - 1 - m) * width))
+                store(v, rows, (j * n_features + n_v + m, to), d * p)
+        store(v, rows, (slope + n_hidden, to), splat(v, 1.0))
+        if recurrent is not None:
+            for m in range(n_out):
+                a = splat(v, 0.0)
+                for j in range(n_hidden):
+                    w = spread(v, lanes, weights, (j * n_features + n_v + m, 0))
+                    a = a + w * load(v, rows, (bias + j, to))
+                store(v, feedback, (m, at), a)
+
+
+@njit(**JIT)
+def propagate(rows: Any, feedback: Any, start: int, stop: int, shape: Any, lanes: Any) -> None:
+    """Turn direct derivatives into total ones: add what comes through earlier outputs."""
+    n_out, width = len(shape[3]), len(lanes)
+    first = head(n_out, width)
+    for i in range(0, rows.shape[0], 4):  # four rows hide each other's latency
+        before = first + (start - 1) * width
+        s0 = load(lanes, rows, (i, before))
+        s1 = load(lanes, rows, (i + 1, before))
+        s2 = load(lanes, rows, (i + 2, before))
+        s3 = load(lanes, rows, (i + 3, before))
+        for t in range(start, stop):
+            at = first + t * width
+            g0 = load(lanes, rows, (i, at))
+            g1 = load(lanes, rows, (i + 1, at))
+            g2 = load(lanes, rows, (i + 2, at))
+            g3 = load(lanes, rows, (i + 3, at))
+            for m in range(n_out - 1, 0, -1):
+                a = load(lanes, feedback, (m, t * width))
+                lag = at - (m + 1) * width
+                g0 = g0 + a * load(lanes, rows, (i, lag))
+                g1 = g1 + a * load(lanes, rows, (i + 1, lag))
+                g2 = g2 + a * load(lanes, rows, (i + 2, lag))
+                g3 = g3 + a * load(lanes, rows, (i + 3, lag))
+            a = load(lanes, feedback, (0, t * width))
+            s0 = g0 + a * s0
+            s1 = g1 + a * s1
+            s2 = g2 + a * s2
+            s3 = g3 + a * s3
+            store(lanes, rows, (i, at), s0)
+            store(lanes, rows, (i + 1, at), s1)
+            store(lanes, rows, (i + 2, at), s2)
+            store(lanes, rows, (i + 3, at), s3)
