@@ -1,0 +1,85 @@
+"""Change one choice of the network at a time and tabulate what it brings.
+
+python -m experiments.ablation overrides='[data=smartphone_pocket,split=leave_one_subject_out]'
+"""
+
+import pandas as pd
+from hydra import compose
+from omegaconf import DictConfig
+from tqdm import tqdm
+
+from experiments import benchmark
+from experiments.command import command, environment, run_directory, seed_everything, write_json
+from experiments.results import write_results
+from experiments.tables.table import Table, as_markdown
+from narx.errors import UserError
+from narx.files import atomic_path
+
+
+def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
+    """Put the variants side by side.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        Columns of ``results.csv``, with the variant's name as the method.
+    quantity : {"precision_deg", "rmse_deg"}
+        What is averaged: over trials and sides within each subject, then over subjects.
+
+    Returns
+    -------
+    Table
+        A row a variant, a column a segment and axis; the worst trial beside the mean.
+    """
+    sided = results.assign(
+        segment=results["segment"].str.replace(r"_(left|right)$", "", regex=True)
+    )
+    where = sided["segment"] + " " + sided["axis"]
+    sided = sided.assign(column=where)[sided[quantity].notna()]
+    by_subject = sided.groupby(["method", "column", "subject"], sort=False)[quantity].mean()
+    mean = by_subject.groupby(["method", "column"], sort=False).mean().unstack("column")
+    worst = sided.groupby(["method", "column"], sort=False)[quantity].max().unstack("column")
+    frame = pd.concat({"": mean, "worst trial": worst}, axis=1).swaplevel(axis=1)
+    frame = frame.reindex(dict.fromkeys(sided["method"]))
+    frame.columns = [" ".join(part for part in column if part) for column in frame.columns]
+    frame = frame[sorted(frame.columns)]
+    frame.index.name = "Variant"
+    return Table(
+        f"{quantity.removesuffix('_deg')} (°), mean over subjects",
+        frame,
+        dict.fromkeys(frame.columns, 2),
+    )
+
+
+def _ablation(cfg: DictConfig) -> None:
+    seed_everything(cfg.seed)
+    directory = run_directory()
+    frames, sources = [], {}
+    for name, overrides in tqdm(cfg.variants.items(), desc="variants", disable=None):
+        common = [f"seed={cfg.seed}", "methods=[narx]"]
+        if cfg.data_root is not None:
+            common.append(f"data_root={cfg.data_root}")
+        variant = compose("benchmark", overrides=[*common, *cfg.overrides, *overrides])
+        try:
+            gathered = benchmark.run(variant)
+        except UserError as error:
+            print(f"{name}: left out: {error}")
+            continue
+        frames.append(gathered.results.assign(method=str(name)))
+        sources |= gathered.sources
+    if not frames:
+        raise UserError("ablation: no variant could be run")
+    results = pd.concat(frames, ignore_index=True)
+    write_results(results, directory / "results.csv")
+    write_json(environment(cfg.seed, sources), directory / "environment.json")
+    text = as_markdown([ablation_table(results, q) for q in ("precision_deg", "rmse_deg")])
+    with atomic_path(directory / "ablation.md") as temporary:
+        temporary.write_text(text + "\n")
+    print(text)
+    print(f"\nresults.csv and ablation.md: {directory}")
+
+
+main = command("ablation")(_ablation)
+
+if __name__ == "__main__":
+    main()
