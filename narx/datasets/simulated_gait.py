@@ -1,0 +1,370 @@
+"""Simulated walking with known truth: the embedded data set, which needs no download."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from narx.datasets.base import TrialSource
+from narx.errors import UserError
+from narx.recording import ImuRecording, ReferenceOrientation, Trial
+from narx.simulation.body import TABLE_1, Body, body_of
+from narx.simulation.calculus import EDGE
+from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
+from narx.simulation.gait_timing import GaitTiming, overground_timing, treadmill_timing
+from narx.simulation.inertial import angular_rate, specific_force
+from narx.simulation.markers import track
+from narx.simulation.random_numbers import stream
+from narx.simulation.sensor import measure, sensor_model
+from narx.simulation.session import Session, draw_session
+from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move
+from narx.simulation.walker import WalkingPattern, walking_pattern
+from narx.simulation.walking import MARGIN_S, VARIATION_CHANNELS, walk
+
+FloatArray = NDArray[np.float64]
+
+LEGS = ("thigh_right", "shank_right", "thigh_left", "shank_left")
+
+# Tham et al. (2020), section III: mean and standard deviation over the subjects
+SPEEDS_KM_H = {"slow": (2.6, 0.2), "normal": (3.3, 0.2), "fast": (4.3, 0.3)}
+# over ground Han et al. (2020) give no speed; adults choose about this (Bohannon, Age Ageing
+# 26:15, 1997)
+OVERGROUND_SPEED_KM_H = {"normal": (4.5, 0.3), "abnormal": (3.6, 0.3)}
+
+TREADMILL_STAND_S = 4.0
+TREADMILL_RISE_S = 4.0
+
+# motion is computed at no less than this, whatever the sensors' rate
+_MOTION_RATE_HZ = 500.0
+
+
+@dataclass(frozen=True)
+class TrueMotion:
+    """What really happened in a trial.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        The trial's clock.
+    joint_angles : dict of str to ndarray, shape (N, 3)
+        ``pelvis``, ``hip_right``, ``knee_right``, ``hip_left``, ``knee_left`` in rad: flexion,
+        abduction, internal rotation.
+    segment_wxyz : dict of str to ndarray, shape (N, 4)
+        Bone to global, for every segment.
+    sensor_wxyz : dict of str to ndarray, shape (N, 4)
+        Sensor to global, for every segment with an IMU.
+    sensor_position_m : dict of str to ndarray, shape (N, 3)
+        Place of the sensor in the global frame.
+    speed_m_s : float
+        Walking speed.
+    """
+
+    time_s: FloatArray
+    joint_angles: dict[str, FloatArray]
+    segment_wxyz: dict[str, FloatArray]
+    sensor_wxyz: dict[str, FloatArray]
+    sensor_position_m: dict[str, FloatArray]
+    speed_m_s: float
+
+
+class SimulatedGait(TrialSource):
+    """Virtual walkers with IMUs on thighs and shanks and an optical reference.
+
+    Parameters
+    ----------
+    subjects : iterable of str, optional
+        ``S1`` ... ``S5`` have the height and mass of Table 1 of Tham et al. (2020); ``V1``,
+        ``V2``, ... are drawn at random.
+    protocol : {"treadmill", "stand_walk_stand"}, optional
+        Treadmill: one trial each at ``slow``, ``normal`` and ``fast``, which begins with a
+        short stand before the belt starts. Stand-walk-stand: some trials each of ``normal`` and
+        ``abnormal`` (legs swung outwards) over ground, with a stand before and after, as in Han
+        et al. (2020).
+    conditions : iterable of str, optional
+        Conditions of the protocol to simulate; None is all of them.
+    trials_per_condition : int, optional
+        Repetitions; None is 1 on the treadmill and 3 over ground.
+    treadmill_duration_s : float, optional
+        Length of a treadmill trial, the stand included.
+    stand_s : tuple of (float, float), optional
+        Shortest and longest stand before and after walking over ground.
+    steps : tuple of (int, int), optional
+        Fewest and most steps over ground.
+    sampling_rate_hz : float, optional
+        Rate of IMUs and reference.
+    sensor : {"physilog", "mpu6150"}, optional
+        Error model of the IMUs.
+    mounting : {"random", "strapped"}, optional
+        Orientation of the sensor on the segment: any, or within some 10 degrees of what a
+        careful hand would do.
+    segments : iterable of str, optional
+        Segments with an IMU: of ``pelvis``, ``thigh_right``, ``shank_right``, ``thigh_left``,
+        ``shank_left``.
+    ideal : bool, optional
+        No errors at all: exact sensors, no soft tissue, the bones' orientation as reference.
+        The sensors stay where they are mounted.
+    seed : int, optional
+        Every random number comes from it and the names of subject, condition and trial; no
+        trial depends on which others are generated.
+
+    Raises
+    ------
+    UserError
+        If a name or number is not one of these.
+    """
+
+    name: ClassVar[str] = "simulated_gait"
+
+    def __init__(
+        self,
+        *,
+        subjects: Iterable[str] = tuple(TABLE_1),
+        protocol: str = "treadmill",
+        conditions: Iterable[str] | None = None,
+        trials_per_condition: int | None = None,
+        treadmill_duration_s: float = 300.0,
+        stand_s: tuple[float, float] = (3.0, 5.0),
+        steps: tuple[int, int] = (3, 5),
+        sampling_rate_hz: float = 500.0,
+        sensor: str = "physilog",
+        mounting: str = "random",
+        segments: Iterable[str] = LEGS,
+        ideal: bool = False,
+        seed: int = 0,
+    ) -> None:
+        self.seed = int(seed)
+        self.protocol = protocol
+        speeds = {"treadmill": SPEEDS_KM_H, "stand_walk_stand": OVERGROUND_SPEED_KM_H}
+        _check_names("protocol", [protocol], speeds)
+        self._speeds_km_h = speeds[protocol]
+        self.conditions = tuple(self._speeds_km_h if conditions is None else conditions)
+        _check_names("condition", self.conditions, self._speeds_km_h)
+        self.segments = tuple(segments)
+        _check_names("segment", self.segments, SEGMENTS)
+        _check_names("mounting", [mounting], ("random", "strapped"))
+        self.mounting = mounting
+        self.sensor = sensor_model(sensor)
+        if trials_per_condition is None:
+            trials_per_condition = 1 if protocol == "treadmill" else 3
+        for key, value in {
+            "trials_per_condition": trials_per_condition,
+            "treadmill_duration_s": treadmill_duration_s,
+            "sampling_rate_hz": sampling_rate_hz,
+            "stand_s": stand_s[0],
+            "steps": steps[0],
+        }.items():
+            if not value > 0:
+                raise UserError(f"simulated_gait: {key}={value}, expected more than 0")
+        self.trials_per_condition = int(trials_per_condition)
+        self.treadmill_duration_s = float(treadmill_duration_s)
+        self.stand_s = (float(stand_s[0]), float(stand_s[1]))
+        self.steps = (int(steps[0]), int(steps[1]))
+        self.sampling_rate_hz = float(sampling_rate_hz)
+        self.ideal = bool(ideal)
+        self._bodies = {subject: body_of(subject, self.seed) for subject in subjects}
+        self._calibrations: dict[str, Mapping[str, Mapping[str, ImuRecording]]] = {}
+
+    def _list_trials(self) -> pd.DataFrame:
+        rows = [
+            (subject, condition, str(trial), 3.6 * self._speed_m_s(subject, condition))
+            for subject in self._bodies
+            for condition in self.conditions
+            for trial in range(1, self.trials_per_condition + 1)
+        ]
+        return pd.DataFrame(rows, columns=["subject", "condition", "trial", "speed_km_h"])
+
+    def _load(self, subject: str, condition: str, trial: str) -> Trial:
+        motion, timing, session, every = self._motion(subject, condition, trial)
+        keep = self._kept(motion, every)
+        names = (subject, condition, trial)
+        imus = {
+            segment: self._record(segment, motion, session, every, names)
+            for segment in self.segments
+        }
+        reference = {}
+        for segment in self.segments:
+            if self.ideal:
+                wxyz = motion.orientations[segment][keep].as_quat(scalar_first=True)
+            else:
+                rng = stream(self.seed, *names, segment, "markers")
+                wxyz = track(session.markers[segment], motion, segment, keep, rng)
+            reference[segment] = ReferenceOrientation(segment, wxyz, "anatomical")
+        end_s = float(next(iter(imus.values())).time_s[-1])
+        still = ((0.0, timing.start_s), (timing.end_s, end_s))
+        return Trial(
+            dataset=self.name,
+            subject=subject,
+            condition=condition,
+            trial=trial,
+            sampling_rate_hz=self.sampling_rate_hz,
+            imus=imus,
+            reference=reference,
+            calibration=self._calibration(subject),
+            still_s=tuple(part for part in still if part[1] - part[0] > 0.5),
+            straight=True,
+            starts_in_calibration_posture=True,
+            walking_s=(timing.start_s, min(timing.end_s, end_s)),
+            events=timing.events,
+            notes=("simulated; reference relative to the calibration posture",),
+        )
+
+    def truth(self, subject: str, condition: str, trial: str) -> TrueMotion:
+        """Tell what really happened in a trial.
+
+        Parameters
+        ----------
+        subject, condition, trial : str
+            Names as in the index.
+
+        Returns
+        -------
+        TrueMotion
+            Without any error of sensor, tissue or markers; the sensors' orientation includes
+            the tissue under them.
+
+        Raises
+        ------
+        UserError
+            If there is no such trial.
+        """
+        self.select(subject, condition, trial)
+        motion, _, session, every = self._motion(subject, condition, trial)
+        keep = self._kept(motion, every)
+        sensors = {s: self._sensor_orientation(s, motion, session) for s in self.segments}
+        return TrueMotion(
+            motion.time_s[keep],
+            {joint: angles[keep] for joint, angles in motion.joint_angles.items()},
+            {s: r[keep].as_quat(scalar_first=True) for s, r in motion.orientations.items()},
+            {s: r[keep].as_quat(scalar_first=True) for s, r in sensors.items()},
+            {s: motion.position(s, session.mountings[s].offset_m)[keep] for s in self.segments},
+            self._speed_m_s(subject, condition),
+        )
+
+    def _speed_m_s(self, subject: str, condition: str) -> float:
+        mean, spread = self._speeds_km_h[condition]
+        # one number per person: who walks fast does so at every speed
+        return (mean + spread * float(stream(self.seed, subject, "speed").normal())) / 3.6
+
+    def _motion(
+        self, subject: str, condition: str, trial: str
+    ) -> tuple[SkeletonMotion, GaitTiming, Session, int]:
+        """Move the walker; also tell how many samples of the motion make one of the trial."""
+        body = self._bodies[subject]
+        pattern = walking_pattern(
+            subject, body, self._speed_m_s(subject, condition), self.seed,
+            swings_outwards=condition == "abnormal",
+        )  # fmt: skip
+        rng = stream(self.seed, subject, condition, trial, "timing")
+        timing, length_s = self._timing(pattern, rng)
+        time_s, rate_hz, every = self._clock(length_s)
+        rng = stream(self.seed, subject, condition, trial, "sway")
+        motion = walk(
+            pattern, timing, body, time_s, rate_hz, rng, travels=self.protocol != "treadmill"
+        )
+        return motion, timing, self._session(subject, body), every
+
+    def _timing(
+        self, pattern: WalkingPattern, rng: np.random.Generator
+    ) -> tuple[GaitTiming, float]:
+        """When the walker stands and steps, and how long the trial is."""
+        feet = (pattern.stride_s, pattern.toe_off, pattern.left_lag)
+        if self.protocol == "treadmill":
+            length_s = self.treadmill_duration_s
+            timing = treadmill_timing(
+                rng, *feet, TREADMILL_STAND_S, TREADMILL_RISE_S, length_s, VARIATION_CHANNELS
+            )
+            return timing, length_s
+        before, after = rng.uniform(*self.stand_s, size=2)
+        n_steps = int(rng.integers(self.steps[0], self.steps[1] + 1))
+        timing = overground_timing(rng, *feet, before, n_steps, after, VARIATION_CHANNELS)
+        return timing, timing.end_s + after
+
+    def _clock(self, length_s: float) -> tuple[FloatArray, float, int]:
+        """Clock of the motion: a multiple of the trial's rate, longer at both ends."""
+        every = int(np.ceil(_MOTION_RATE_HZ / self.sampling_rate_hz))
+        rate_hz = every * self.sampling_rate_hz
+        margin = every * (int(np.ceil(MARGIN_S * self.sampling_rate_hz)) + EDGE)
+        n = every * round(length_s * self.sampling_rate_hz)
+        return np.arange(-margin, n + margin) / rate_hz, rate_hz, every
+
+    def _kept(self, motion: SkeletonMotion, every: int) -> slice:
+        """Samples of the motion's clock that are the trial's."""
+        margin = round(-motion.time_s[0] * motion.rate_hz)
+        return slice(margin, len(motion.time_s) - margin, every)
+
+    def _session(self, subject: str, body: Body) -> Session:
+        return draw_session(self.seed, subject, body, self.sensor, self.mounting, self.segments)
+
+    def _sensor_orientation(
+        self, segment: str, motion: SkeletonMotion, session: Session
+    ) -> Rotation:
+        skin = motion.orientations[segment]
+        if not self.ideal:
+            skin = skin * session.tissues[segment].rotation(motion)
+        return skin * session.mountings[segment].orientation
+
+    def _record(
+        self,
+        segment: str,
+        motion: SkeletonMotion,
+        session: Session,
+        every: int,
+        names: tuple[str, ...],
+    ) -> ImuRecording:
+        orientation = self._sensor_orientation(segment, motion, session)
+        rate = angular_rate(orientation, motion.rate_hz)
+        offset = session.mountings[segment].offset_m
+        force = specific_force(orientation, motion.acceleration(segment, offset))
+        keep = self._kept(motion, every)
+        time_s = motion.time_s[keep]
+        if self.ideal:
+            return ImuRecording(segment, time_s, rate[keep], force[keep])
+        rng = stream(self.seed, *names, segment, "sensor")
+        # the sensor runs through the margin, where its filter settles, without the outermost
+        # samples, which have no derivatives
+        inner = slice(every * EDGE, -every * EDGE)
+        first = keep.start // every - EDGE
+        readings = [
+            measure(
+                true[inner], motion.rate_hz, every, model, errors,
+                self.sensor.bandwidth_hz, self.sensor.bits, rng,
+            )[first : first + len(time_s)]
+            for true, model, errors in (
+                (rate, self.sensor.gyroscope, session.gyroscopes[segment]),
+                (force, self.sensor.accelerometer, session.accelerometers[segment]),
+            )
+        ]  # fmt: skip
+        return ImuRecording(segment, time_s, *readings)
+
+    def _calibration(self, subject: str) -> Mapping[str, Mapping[str, ImuRecording]]:
+        """Calibration movements of a subject's session, shared by all trials of it."""
+        if subject not in self._calibrations:
+            body = self._bodies[subject]
+            session = self._session(subject, body)
+            parts = {}
+            for part in PARTS:
+                time_s, rate_hz, every = self._clock(duration_s(part))
+                rng = stream(self.seed, subject, "calibration", part)
+                motion = move(time_s, rate_hz, calibration_angles(part, time_s, rng), body)
+                side = part.rpartition("_")[2]
+                parts[part] = {
+                    segment: self._record(
+                        segment, motion, session, every, (subject, "calibration", part)
+                    )
+                    for segment in self.segments
+                    if part == "standing" or segment.endswith(side)
+                }
+            # one subject's at a time: the next subject's trials follow this one's
+            self._calibrations = {subject: parts}
+        return self._calibrations[subject]
+
+
+def _check_names(what: str, names: Iterable[str], known: Iterable[str]) -> None:
+    known = tuple(known)
+    for name in names:
+        if name not in known:
+            raise UserError(f"simulated_gait: no {what} '{name}'; known are {', '.join(known)}")

@@ -1,0 +1,94 @@
+"""What an optical system reports of a segment: markers on skin, a frame laid by hand, gaps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from narx.simulation.skeleton import SkeletonMotion
+from narx.simulation.soft_tissue import MARKER_GAIN, SoftTissue, draw_soft_tissue
+
+FloatArray = NDArray[np.float64]
+
+# the frame's axes against the true ones, about x, y, z: misplaced landmarks turn the knee's axis
+# by some degrees about the long axis (Della Croce et al., Gait & Posture 21:226, 2005)
+FRAME_SD_DEG = (1.0, 1.0, 3.0)
+# orientation noise of a cluster: 0.2 mm of marker noise over some 0.1 m
+NOISE_SD_DEG = 0.1
+# occlusions of a segment: how often and how long (assumed)
+GAPS_PER_MINUTE = 1.0
+GAP_MEAN_S = 0.2
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Markers of one segment in one session.
+
+    Parameters
+    ----------
+    tissue : SoftTissue
+        What they ride on.
+    frame : scipy.spatial.transform.Rotation
+        From the frame that the landmarks define to the anatomical frame.
+    """
+
+    tissue: SoftTissue
+    frame: Rotation
+
+
+def draw_markers(rng: np.random.Generator, segment: str) -> Markers:
+    """Draw the markers of one segment.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Source of randomness.
+    segment : str
+        Segment.
+
+    Returns
+    -------
+    Markers
+        The same throughout a session.
+    """
+    tissue = draw_soft_tissue(rng, segment, MARKER_GAIN, wobbles=False)
+    return Markers(tissue, Rotation.from_rotvec(np.radians(FRAME_SD_DEG) * rng.standard_normal(3)))
+
+
+def track(
+    markers: Markers, motion: SkeletonMotion, segment: str, keep: slice, rng: np.random.Generator
+) -> FloatArray:
+    """Track a segment.
+
+    Parameters
+    ----------
+    markers : Markers
+        Its markers.
+    motion : SkeletonMotion
+        Motion of the segments.
+    segment : str
+        Segment.
+    keep : slice
+        Samples of the motion's clock to report.
+    rng : numpy.random.Generator
+        Source of randomness.
+
+    Returns
+    -------
+    ndarray, shape (n, 4)
+        Quaternions w, x, y, z from the landmarks' frame to the global frame, relative to the
+        calibration posture; rows of NaN where markers are hidden.
+    """
+    time = motion.time_s[keep]
+    seen = motion.orientations[segment][keep] * markers.tissue.rotation(motion)[keep]
+    noise = Rotation.from_rotvec(np.radians(NOISE_SD_DEG) * rng.standard_normal((len(time), 3)))
+    # both frames are aligned with the global one in the calibration posture
+    tracked = markers.frame.inv() * seen * markers.frame * noise
+    quaternion = np.asarray(tracked.as_quat(scalar_first=True))
+    length = time[-1] - time[0]
+    n_gaps = rng.poisson(GAPS_PER_MINUTE * length / 60.0)
+    starts = time[0] + length * rng.random(n_gaps)
+    for start, duration in zip(starts, rng.exponential(GAP_MEAN_S, n_gaps), strict=True):
+        quaternion[(time >= start) & (time < start + duration)] = np.nan
+    return quaternion

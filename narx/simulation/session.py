@@ -1,0 +1,116 @@
+"""What stays the same while one person wears the instruments: places, tissue, specimens."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from narx.simulation.body import Body
+from narx.simulation.markers import Markers, draw_markers
+from narx.simulation.random_numbers import stream
+from narx.simulation.sensor import SensorModel, TriadErrors, draw_triad_errors
+from narx.simulation.soft_tissue import SENSOR_GAIN, SoftTissue, draw_soft_tissue
+
+FloatArray = NDArray[np.float64]
+
+# how a careful hand straps a sensor: within this of the nominal orientation, standard deviation
+_STRAPPED_SD_DEG = 10.0
+_PLACEMENT_SD_M = 0.015
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """Where a sensor sits.
+
+    Parameters
+    ----------
+    offset_m : ndarray, shape (3,)
+        From the segment's proximal joint centre, in its anatomical frame.
+    orientation : scipy.spatial.transform.Rotation
+        Sensor to anatomical frame.
+    """
+
+    offset_m: FloatArray
+    orientation: Rotation
+
+
+@dataclass(frozen=True)
+class Session:
+    """One person with all instruments on, each mapping by segment.
+
+    Parameters
+    ----------
+    mountings : dict of str to Mounting
+        Sensors' places.
+    tissues : dict of str to SoftTissue
+        Tissue under the sensors.
+    gyroscopes, accelerometers : dict of str to TriadErrors
+        Specimens.
+    markers : dict of str to Markers
+        Optical markers.
+    """
+
+    mountings: dict[str, Mounting]
+    tissues: dict[str, SoftTissue]
+    gyroscopes: dict[str, TriadErrors]
+    accelerometers: dict[str, TriadErrors]
+    markers: dict[str, Markers]
+
+
+def draw_session(
+    seed: int,
+    subject: str,
+    body: Body,
+    sensor: SensorModel,
+    mounting: str,
+    segments: Iterable[str],
+) -> Session:
+    """Put the instruments on a person.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the data set.
+    subject : str
+        Name.
+    body : Body
+        Size.
+    sensor : SensorModel
+        Product.
+    mounting : {"random", "strapped"}
+        Orientation of the sensors: any, or near the nominal one.
+    segments : iterable of str
+        Segments with an IMU.
+
+    Returns
+    -------
+    Session
+        The same for the same names and seed, segment by segment.
+    """
+    session = Session({}, {}, {}, {}, {})
+    for segment in segments:
+        rng = stream(seed, subject, segment, "session")
+        session.mountings[segment] = _mount(rng, segment, body, mounting)
+        session.tissues[segment] = draw_soft_tissue(rng, segment, SENSOR_GAIN, wobbles=True)
+        session.markers[segment] = draw_markers(rng, segment)
+        session.gyroscopes[segment] = draw_triad_errors(rng, sensor.gyroscope)
+        session.accelerometers[segment] = draw_triad_errors(rng, sensor.accelerometer)
+    return session
+
+
+def _mount(rng: np.random.Generator, segment: str, body: Body, mounting: str) -> Mounting:
+    """Lateral thigh, shaft of the tibia (Tham et al., section II-C), back of the pelvis."""
+    kind, _, side = segment.partition("_")
+    outward = 1.0 if side == "left" else -1.0
+    place = {
+        "thigh": np.array([0.03, outward * 0.075, -0.5 * body.thigh_m]),
+        "shank": np.array([0.035, -outward * 0.02, -0.4 * body.shank_m]),
+        "pelvis": np.array([-0.10, 0.0, 0.08]),
+    }[kind]
+    place = place * [body.girth, body.girth, 1.0] + _PLACEMENT_SD_M * rng.standard_normal(3)
+    # drawn in either case, so that the choice of mounting changes nothing else
+    anyhow = Rotation.from_quat(rng.standard_normal(4))
+    slip = Rotation.from_rotvec(np.radians(_STRAPPED_SD_DEG) * rng.standard_normal(3))
+    return Mounting(place, anyhow if mounting == "random" else slip)

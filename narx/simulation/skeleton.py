@@ -1,0 +1,274 @@
+"""Pelvis, thighs and shanks in space, carried by feet that neither slip nor sink.
+
+Global and anatomical frames as in `narx.segment_angles`: x forward, y left, z up; all segments
+are aligned with the global frame in standing. Joint angles are in the order flexion, abduction,
+internal rotation, positive alike for both legs (the left leg is the mirror image of a right one),
+in the joint coordinate system of Grood and Suntay (J Biomech Eng 105:136-144, 1983).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from narx.segment_angles import mirror_quaternion
+from narx.simulation.body import Body
+from narx.simulation.calculus import derivative, second_derivative, smooth_step
+
+FloatArray = NDArray[np.float64]
+
+SIDES = ("right", "left")
+SEGMENTS = ("pelvis", "thigh_right", "shank_right", "thigh_left", "shank_left")
+
+GRAVITY_UP = np.array([0.0, 0.0, 1.0])
+
+# the foot rolls like an arc of 0.3 leg lengths (McGeer, Int J Robot Res 9:62, 1990; Adamczyk et
+# al., J Exp Biol 209:3953, 2006, after Hansen et al.) and bears the weight in front of the ankle
+# in standing (Winter, Gait & Posture 3:193, 1995)
+ROLL_RADIUS_PER_LEG = 0.3
+PRESSURE_CENTRE_PER_LEG = 0.05
+
+
+def segment_orientations(joint_angles: dict[str, FloatArray]) -> dict[str, Rotation]:
+    """Turn joint angles into the orientation of every segment.
+
+    Parameters
+    ----------
+    joint_angles : dict of str to ndarray, shape (N, 3)
+        ``pelvis`` (forward tilt, right side down, right side forward) and ``hip_right``,
+        ``knee_right``, ``hip_left``, ``knee_left`` (flexion, abduction, internal rotation), rad.
+
+    Returns
+    -------
+    dict of str to scipy.spatial.transform.Rotation
+        From the anatomical frame to the global frame, for each of `SEGMENTS`.
+    """
+    pelvis = Rotation.from_euler("ZXY", joint_angles["pelvis"][:, ::-1])
+    orientations = {"pelvis": pelvis}
+    for side in SIDES:
+        thigh = pelvis * _joint_rotation(joint_angles[f"hip_{side}"], -1.0, side)
+        orientations[f"thigh_{side}"] = thigh
+        orientations[f"shank_{side}"] = thigh * _joint_rotation(
+            joint_angles[f"knee_{side}"], 1.0, side
+        )
+    return orientations
+
+
+def _joint_rotation(angles: FloatArray, flexion_sign: float, side: str) -> Rotation:
+    """Distal relative to proximal segment; flexion turns the hip about -y and the knee about y."""
+    rotation = Rotation.from_euler("YXZ", angles * [flexion_sign, -1.0, 1.0])
+    if side == "right":
+        return rotation
+    mirrored = mirror_quaternion(rotation.as_quat(scalar_first=True))
+    return Rotation.from_quat(mirrored, scalar_first=True)
+
+
+def joint_centres(orientations: dict[str, Rotation], body: Body) -> dict[str, FloatArray]:
+    """Locate the proximal joint centre of every segment relative to the middle of the hips.
+
+    Parameters
+    ----------
+    orientations : dict of str to scipy.spatial.transform.Rotation
+        From `segment_orientations`.
+    body : Body
+        Size.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (N, 3)
+        For each of `SEGMENTS` (the pelvis itself: zero) and ``ankle_right``, ``ankle_left``,
+        global axes, m.
+    """
+    centres = {"pelvis": np.zeros((len(orientations["pelvis"]), 3))}
+    for side, sign in zip(SIDES, (-1.0, 1.0), strict=True):
+        thigh, shank = orientations[f"thigh_{side}"], orientations[f"shank_{side}"]
+        hip = orientations["pelvis"].apply([0.0, 0.5 * sign * body.hip_distance_m, 0.0])
+        knee = hip + thigh.apply([0.0, 0.0, -body.thigh_m])
+        centres[f"thigh_{side}"] = hip
+        centres[f"shank_{side}"] = knee
+        centres[f"ankle_{side}"] = knee + shank.apply([0.0, 0.0, -body.shank_m])
+    return centres
+
+
+def stance_share(phase: FloatArray, toe_off: float, left_lag: float) -> FloatArray:
+    """Share of the body that the right foot carries.
+
+    Parameters
+    ----------
+    phase : ndarray
+        Phase of the right leg.
+    toe_off : float
+        Phase of the leg at which its foot leaves the ground.
+    left_lag : float
+        Phase of the right leg at which the left heel strikes.
+
+    Returns
+    -------
+    ndarray
+        1 in right, 0 in left single stance, smooth between heel strike of one foot and toe-off
+        of the other.
+    """
+    # double support begins at heel strike and lasts until the other foot's toe-off
+    right = np.mod(phase, 1.0)
+    loading = smooth_step(right / (toe_off + left_lag - 1.0))
+    unloading = smooth_step((right - left_lag) / (toe_off - left_lag))
+    return loading - unloading
+
+
+def forward_velocity(
+    joint_angles: dict[str, FloatArray],
+    phase: FloatArray,
+    toe_off: float,
+    left_lag: float,
+    body: Body,
+    rate_hz: float,
+) -> FloatArray:
+    """Compute the pelvis' velocity over ground that the stance feet allow.
+
+    Parameters
+    ----------
+    joint_angles : dict of str to ndarray, shape (N, 3)
+        As in `segment_orientations`.
+    phase : ndarray, shape (N,)
+        Phase of the right leg.
+    toe_off, left_lag : float
+        As in `stance_share`.
+    body : Body
+        Size.
+    rate_hz : float
+        Sampling rate.
+
+    Returns
+    -------
+    ndarray, shape (N, 3)
+        Velocity of the middle of the hips in m/s; forwards the walking speed.
+
+    Notes
+    -----
+    The centre of a rolling arc moves forwards by radius times pitch rate and neither sideways
+    nor up. During double support the two feet's demands are blended by `stance_share`.
+    """
+    orientations = segment_orientations(joint_angles)
+    centres = joint_centres(orientations, body)
+    share = stance_share(phase, toe_off, left_lag)
+    velocity = np.zeros((len(phase), 3))
+    for side, weight in zip(SIDES, (share, 1.0 - share), strict=True):
+        velocity += weight[:, None] * _velocity_from_foot(
+            orientations[f"shank_{side}"], centres[f"ankle_{side}"], body, rate_hz
+        )
+    return velocity
+
+
+def _velocity_from_foot(
+    shank: Rotation, ankle: FloatArray, body: Body, rate_hz: float
+) -> FloatArray:
+    radius = ROLL_RADIUS_PER_LEG * body.leg_m
+    arc_centre = ankle + shank.apply(
+        [PRESSURE_CENTRE_PER_LEG * body.leg_m, 0.0, radius - body.ankle_height_m]
+    )
+    velocity = -derivative(arc_centre, rate_hz)
+    up = shank.apply(GRAVITY_UP)
+    velocity[:, 0] += radius * derivative(np.unwrap(np.arctan2(up[:, 0], up[:, 2])), rate_hz)
+    return velocity
+
+
+@dataclass(frozen=True)
+class SkeletonMotion:
+    """Motion of all segments on a uniform clock.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Clock.
+    rate_hz : float
+        Its rate.
+    joint_angles : dict of str to ndarray, shape (N, 3)
+        As in `segment_orientations`.
+    orientations : dict of str to scipy.spatial.transform.Rotation
+        Segment to global, N each.
+    centres_m : dict of str to ndarray, shape (N, 3)
+        Proximal joint centre of each segment relative to the middle of the hips.
+    pelvis_m : ndarray, shape (N, 3)
+        Middle of the hips in the global frame.
+    impact_m : dict of str to ndarray, shape (N, 3)
+        Shock wave of the heel strikes: displacement of what is fixed to a segment.
+    """
+
+    time_s: FloatArray
+    rate_hz: float
+    joint_angles: dict[str, FloatArray]
+    orientations: dict[str, Rotation]
+    centres_m: dict[str, FloatArray]
+    pelvis_m: FloatArray
+    impact_m: dict[str, FloatArray] = field(default_factory=dict)
+
+    def position(self, segment: str, offset_m: FloatArray) -> FloatArray:
+        """Locate a point that is fixed to a segment.
+
+        Parameters
+        ----------
+        segment : str
+            One of `SEGMENTS`.
+        offset_m : ndarray, shape (3,)
+            From the proximal joint centre, in the anatomical frame.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Position in the global frame, m.
+        """
+        point = self.pelvis_m + self.centres_m[segment]
+        point += self.orientations[segment].apply(offset_m)
+        if segment in self.impact_m:
+            point += self.impact_m[segment]
+        return point
+
+    def acceleration(self, segment: str, offset_m: FloatArray) -> FloatArray:
+        """Differentiate `position` twice.
+
+        Parameters
+        ----------
+        segment : str
+            One of `SEGMENTS`.
+        offset_m : ndarray, shape (3,)
+            From the proximal joint centre, in the anatomical frame.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Acceleration in the global frame, m/s^2.
+        """
+        return second_derivative(self.position(segment, offset_m), self.rate_hz)
+
+
+def move(
+    time_s: FloatArray, rate_hz: float, joint_angles: dict[str, FloatArray], body: Body
+) -> SkeletonMotion:
+    """Move the segments while the pelvis' place stays where it is.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Clock.
+    rate_hz : float
+        Its rate.
+    joint_angles : dict of str to ndarray, shape (N, 3)
+        As in `segment_orientations`.
+    body : Body
+        Size.
+
+    Returns
+    -------
+    SkeletonMotion
+        Without walking.
+    """
+    orientations = segment_orientations(joint_angles)
+    return SkeletonMotion(
+        time_s,
+        rate_hz,
+        joint_angles,
+        orientations,
+        joint_centres(orientations, body),
+        np.tile([0.0, 0.0, body.leg_m], (len(time_s), 1)),
+    )

@@ -1,0 +1,236 @@
+"""How one person walks at one speed: the published mean, bent to the individual."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from narx.simulation.body import Body
+from narx.simulation.gait_curves import (
+    ComplexArray,
+    evaluate,
+    joint_curves,
+    swing_outwards,
+    table_phase,
+)
+from narx.simulation.random_numbers import stream
+from narx.simulation.skeleton import SIDES, forward_velocity
+
+FloatArray = NDArray[np.float64]
+
+JOINTS = ("pelvis", "hip_right", "knee_right", "hip_left", "knee_left")
+
+# between-subject standard deviations: of the mean angle in deg (sagittal, frontal, transverse,
+# after Kadaba et al., 1990: bands about half as wide as theirs, since theirs hold the error of
+# placing markers), and of the curves' size and timing
+_OFFSET_SD_DEG = {"pelvis": (2.0, 1.0, 1.5), "hip": (3.0, 2.0, 3.0), "knee": (3.0, 1.0, 3.0)}
+_SIZE_SD = 0.08
+_HARMONIC_SD = 0.06
+_TIMING_SD = 0.008
+# the two legs of one person differ by a third of what two persons do
+_ASYMMETRY = 0.33
+
+
+@dataclass(frozen=True)
+class WalkingPattern:
+    """Steady walking of one person at one speed.
+
+    Parameters
+    ----------
+    speed_m_s : float
+        Walking speed.
+    stride_s : float
+        Duration of a stride.
+    toe_off : float
+        Phase of the stride at which the foot leaves the ground.
+    left_lag : float
+        Phase of the right leg at which the left heel strikes.
+    curves : dict of str to ndarray of complex, shape (3, K + 1)
+        Fourier coefficients in rad of ``pelvis``, ``hip_right``, ``knee_right``, ``hip_left``,
+        ``knee_left``.
+    """
+
+    speed_m_s: float
+    stride_s: float
+    toe_off: float
+    left_lag: float
+    curves: dict[str, ComplexArray]
+
+    def leg_phase(self, joint: str, phase: FloatArray) -> FloatArray:
+        """Give the phase of the leg that a joint follows (the pelvis follows the right one).
+
+        Parameters
+        ----------
+        joint : str
+            One of `JOINTS`.
+        phase : ndarray
+            Phase of the right leg.
+
+        Returns
+        -------
+        ndarray
+            Phase of that leg, whole at its heel strike.
+        """
+        return phase - self.left_lag if joint.endswith("_left") else phase
+
+    def joint_angles(self, phase: FloatArray) -> dict[str, FloatArray]:
+        """Evaluate all joint angles.
+
+        Parameters
+        ----------
+        phase : ndarray, shape (N,)
+            Phase of the right leg.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (N, 3)
+            Angles in rad for each of `JOINTS`.
+        """
+        return {
+            joint: evaluate(
+                self.curves[joint], table_phase(self.leg_phase(joint, phase), self.toe_off)
+            )
+            for joint in JOINTS
+        }
+
+
+def stride_frequency_hz(speed_m_s: float, height_m: float) -> float:
+    """Predict the stride frequency of treadmill walking.
+
+    Parameters
+    ----------
+    speed_m_s : float
+        Walking speed.
+    height_m : float
+        Body height.
+
+    Returns
+    -------
+    float
+        Strides per second.
+
+    Notes
+    -----
+    Grieve and Gear (Ergonomics 9:379-399, 1966): 64.8 strides per minute times the speed in
+    statures per second to the power 0.57. The factor 1.1 is for the treadmill, where steps are
+    quicker (Alton et al., Clin Biomech 13:434-440, 1998); with it the five walkers take about
+    as many strides as Tham et al. counted (1109, 1272 and 1413 in 25 min each).
+    """
+    return 1.1 * 64.8 / 60.0 * (speed_m_s / height_m) ** 0.57
+
+
+def toe_off_phase(speed_m_s: float) -> float:
+    """Predict the part of the stride that is stance.
+
+    Parameters
+    ----------
+    speed_m_s : float
+        Walking speed.
+
+    Returns
+    -------
+    float
+        0.63 at 1.3 m/s and 0.055 more for each m/s less (within the range of Murray et al.,
+        1984, and Hebenstreit et al., Hum Mov Sci 41:22-38, 2015).
+    """
+    return float(np.clip(0.63 - 0.055 * (speed_m_s - 1.3), 0.58, 0.70))
+
+
+def walking_pattern(
+    subject: str, body: Body, speed_m_s: float, seed: int, swings_outwards: bool = False
+) -> WalkingPattern:
+    """Make one person's way of walking at a speed.
+
+    Parameters
+    ----------
+    subject : str
+        Name; the individual departures from the mean are drawn from it, the same at every speed.
+    body : Body
+        Size.
+    speed_m_s : float
+        Walking speed.
+    seed : int
+        Seed of the data set.
+    swings_outwards : bool, optional
+        Walk with the legs swung outwards (`narx.simulation.gait_curves.swing_outwards`).
+
+    Returns
+    -------
+    WalkingPattern
+        With the hip's flexion curve scaled so that stance feet that neither slip nor sink carry
+        the body at `speed_m_s`.
+    """
+    rng = stream(seed, subject, "walking pattern")
+    mean = joint_curves(speed_m_s)
+    if swings_outwards:
+        mean = swing_outwards(mean)
+    curves = {"pelvis": _individual(rng, mean["pelvis"], _OFFSET_SD_DEG["pelvis"], 1.0)}
+    # the pelvis has one more symmetry than the legs: no mean list or turn
+    curves["pelvis"][1:, 0] *= 0.3
+    for joint in ("hip", "knee"):
+        person = _individual(rng, mean[joint], _OFFSET_SD_DEG[joint], 1.0)
+        for side in SIDES:
+            curves[f"{joint}_{side}"] = _individual(rng, person, _OFFSET_SD_DEG[joint], _ASYMMETRY)
+    frequency = stride_frequency_hz(speed_m_s, body.height_m) * (1.0 + 0.03 * rng.standard_normal())
+    pattern = WalkingPattern(
+        speed_m_s=speed_m_s,
+        stride_s=1.0 / frequency,
+        toe_off=toe_off_phase(speed_m_s) + 0.006 * float(rng.standard_normal()),
+        left_lag=0.5 + 0.005 * float(rng.standard_normal()),
+        curves=curves,
+    )
+    gain = brentq(
+        lambda size: steady_speed(_scaled_hip(pattern, size), body) - speed_m_s, 0.2, 3.0, xtol=1e-6
+    )
+    return _scaled_hip(pattern, float(gain))
+
+
+def steady_speed(pattern: WalkingPattern, body: Body) -> float:
+    """Compute the speed at which stance feet that do not slip carry a walker.
+
+    Parameters
+    ----------
+    pattern : WalkingPattern
+        How the walker walks.
+    body : Body
+        Size.
+
+    Returns
+    -------
+    float
+        Mean forward speed over a stride, m/s.
+    """
+    n = 128
+    phase = np.arange(3 * n) / n
+    velocity = forward_velocity(
+        pattern.joint_angles(phase), phase, pattern.toe_off, pattern.left_lag, body,
+        n / pattern.stride_s,
+    )  # fmt: skip
+    return float(velocity[n : 2 * n, 0].mean())
+
+
+def _scaled_hip(pattern: WalkingPattern, size: float) -> WalkingPattern:
+    curves = dict(pattern.curves)
+    for side in SIDES:
+        hip = curves[f"hip_{side}"].copy()
+        hip[0, 1:] *= size
+        curves[f"hip_{side}"] = hip
+    return replace(pattern, curves=curves)
+
+
+def _individual(
+    rng: np.random.Generator, curves: ComplexArray, offset_sd_deg: tuple[float, ...], share: float
+) -> ComplexArray:
+    """Bend curves at random: offset, size, shape and timing, by `share` of the population's SD."""
+    channels, order = curves.shape
+    harmonic = np.arange(order)
+    size = 1.0 + share * _SIZE_SD * rng.standard_normal((channels, 1))
+    shape = 1.0 + share * _HARMONIC_SD * (
+        rng.standard_normal((channels, order)) + 1j * rng.standard_normal((channels, order))
+    )
+    shape[:, 0] = 1.0
+    shift = share * _TIMING_SD * rng.standard_normal((channels, 1))
+    bent = curves * size * shape * np.exp(2j * np.pi * harmonic * shift)
+    bent[:, 0] += share * np.radians(offset_sd_deg) * rng.standard_normal(channels)
+    return np.asarray(bent)
