@@ -6,7 +6,8 @@ All functions answer a rotation that takes vectors in the sensor frame to the an
 Gravity gives z. The second axis comes from a rotation axis that the movement makes visible: the
 hip's abduction axis (x) for a thigh, the knee's flexion axis (y) for a shank, or the principal
 horizontal axis of walking (y) where there are no calibration movements. A rotation axis has no
-sign; how it is given one is said at `swing_sign`.
+sign: a calibration movement gets it from its direction (`excursion_rad`), walking from the way a
+leg swings (`swing_sign`).
 """
 
 import numpy as np
@@ -134,7 +135,7 @@ def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
     return 0 if abs(skewness) < _MIN_SKEWNESS else int(np.sign(skewness))
 
 
-def excursion(rate_rad_s: FloatArray, axis: FloatArray, sampling_rate_hz: float) -> float:
+def excursion_rad(rate_rad_s: FloatArray, axis: FloatArray, sampling_rate_hz: float) -> float:
     """Give the mean angle about an axis during a movement that starts at rest.
 
     Parameters

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from narx.anatomical_frame import (
-    excursion,
+    excursion_rad,
     frame_from_gravity,
     frame_from_left,
     principal_horizontal_axis,
@@ -19,7 +19,7 @@ from narx.anatomical_frame import (
 from narx.errors import RecordingError, UserError
 from narx.method import SegmentSignals
 from narx.recording import FloatArray, ImuRecording, Trial, side_of
-from narx.reference_frame import anatomical_reference
+from narx.reference_frame import anatomical_reference, rest_heading_rad
 from narx.segment_angles import (
     TRANSVERSE,
     angles_from_orientation,
@@ -33,6 +33,7 @@ Mode = Literal["auto", "functional", "walking", "sensor"]
 
 # calibration movement of a body segment, as Tham et al. choose them
 _MOVEMENT = {"thigh": "hip_abduction", "shank": "knee_flexion"}
+_MIN_EXCURSION_RAD = np.radians(3.0)
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class CalibratedSegment:
 
 
 def calibrate(
-    trial: Trial, mode: Mode = "auto", *, remove_mean_misalignment: bool = False
+    trial: Trial, mode: Mode = "auto", *, remove_heading_misalignment: bool = False
 ) -> dict[str, CalibratedSegment]:
     """Calibrate all segments of a trial.
 
@@ -79,12 +80,15 @@ def calibrate(
         knee flexion y of a shank (Tham et al., II-A). ``walking``: gravity (in standing where
         the trial has it, otherwise over the walk) and the principal horizontal axis of the
         walking gyroscope as y. ``sensor``: the sensor frame, turned the shortest way so that z
-        is up at rest (or at the first samples), for what is not a leg. ``auto``: the first of
-        these for which the trial has the parts.
-    remove_mean_misalignment : bool
-        Whether the constant rotation between an anatomical reference frame (markers) and the
-        calibrated sensor frame is removed, estimated over the whole trial from angular rates.
-        It takes calibration error out of the comparison, and is noted.
+        is up at rest (or over the first second), for what is not a leg; a second sensor is
+        given the heading of the first at rest by the reference, where that tracked the sensors,
+        so that the joint between them starts at zero. ``auto``: functional where a leg segment
+        has the recordings, else walking; sensor for anything but thigh and shank.
+    remove_heading_misalignment : bool
+        Whether the constant angle about the vertical between an anatomical reference frame
+        (markers) and the calibrated sensor frame is removed, estimated over the whole trial
+        from angular rates. It takes this part of the calibration error, which shows as
+        crosstalk between the axes, out of the comparison, and is noted.
 
     Returns
     -------
@@ -116,13 +120,13 @@ def calibrate(
             f"calibration mode '{mode}' is unknown; expected {', '.join(get_args(Mode))}"
         )
     return {
-        segment: _calibrate_segment(trial, segment, mode, remove_mean_misalignment)
+        segment: _calibrate_segment(trial, segment, mode, remove_heading_misalignment)
         for segment in trial.imus
     }
 
 
 def _calibrate_segment(
-    trial: Trial, segment: str, mode: Mode, remove_mean_misalignment: bool
+    trial: Trial, segment: str, mode: Mode, remove_heading_misalignment: bool
 ) -> CalibratedSegment:
     imu = trial.imus[segment]
     still = static_bias(trial, segment)
@@ -153,7 +157,11 @@ def _calibrate_segment(
     angles: FloatArray | None = None
     if segment in trial.reference:
         orientation, steps = anatomical_reference(
-            trial, segment, to_anatomical, bias, remove_mean_misalignment=remove_mean_misalignment
+            trial,
+            segment,
+            to_anatomical,
+            bias,
+            remove_heading_misalignment=remove_heading_misalignment,
         )
         angles = angles_from_orientation(orientation)
         if not trial.straight:
@@ -200,17 +208,21 @@ def _functional(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation,
     rate = rate[np.isfinite(rate).all(axis=1)]
     axis = principal_horizontal_axis(rate, up)
     thigh = body_part(segment) == "thigh"
-    left = np.cross(up, axis) if thigh else axis
-    sign = swing_sign(_walk(trial, segment, bias), left)
-    rule = "sign from the forward swing in walking"
-    if sign == 0:
-        # the movement starts from the neutral posture: the leg is lifted to its own side, which
-        # is about -x on the right; the dangling foot is swung forward, which is about -y
-        expected = 1.0 if thigh and side_of(segment) == "left" else -1.0
-        sign = int(np.sign(expected * excursion(rate, axis, movement.sampling_rate_hz))) or 1
-        rule = "sign from the movement's direction"
-    what = "x from hip abduction" if thigh else "y from knee flexion"
-    return frame_from_left(up, sign * left), f"functional: z from standing, {what}, {rule}"
+    # the movement starts from the neutral posture: the leg is lifted to its own side, which is
+    # about -x on the right and +x on the left; the dangling foot is swung forward, about -y
+    expected = 1.0 if thigh and side_of(segment) == "left" else -1.0
+    angle = excursion_rad(rate, axis, movement.sampling_rate_hz)
+    if abs(angle) < _MIN_EXCURSION_RAD:
+        raise RecordingError(
+            f"{trial.name}: calibration movement of '{segment}' leads {np.degrees(angle):.1f} deg "
+            "away from the neutral posture on average, expected at least "
+            f"{np.degrees(_MIN_EXCURSION_RAD):.0f} deg (begin in neutral, lift the leg outwards or "
+            "swing the foot forwards)"
+        )
+    axis = np.sign(expected * angle) * axis
+    if thigh:
+        return frame_from_left(up, np.cross(up, axis)), "functional: z standing, x hip abduction"
+    return frame_from_left(up, axis), "functional: z standing, y passive knee flexion"
 
 
 def _walking(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
@@ -241,8 +253,24 @@ def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotat
     else:
         first = trial.imus[segment].accelerometer_m_s2[: max(1, int(trial.sampling_rate_hz))]
         force, source = first, "over the first second"
-    up = up_from_gravity(force, f"{trial.name}, '{segment}'")
-    return frame_from_gravity(up), f"sensor frame, turned the shortest way to be upright {source}"
+    frame = frame_from_gravity(up_from_gravity(force, f"{trial.name}, '{segment}'"))
+    how = f"sensor frame, turned the shortest way to be upright {source}"
+    first_segment = next(iter(trial.imus))
+    if segment != first_segment:
+        here, there = (
+            rest_heading_rad(trial, s, f)
+            for s, f in (
+                (segment, frame),
+                (first_segment, _upright_sensor(trial, first_segment, bias)[0]),
+            )
+        )
+        if here is not None and there is not None:
+            frame = Rotation.from_euler("Z", here - there) * frame
+            how += (
+                f", then about the vertical to the heading of '{first_segment}' at rest, which "
+                "only the reference knows"
+            )
+    return frame, how
 
 
 def _standing(trial: Trial, segment: str) -> FloatArray | None:

@@ -234,3 +234,54 @@ def estimate_misalignment(
         float(np.sqrt(np.mean(residual[used] ** 2))),
         float(used.mean()),
     )
+
+
+def estimate_heading_misalignment(
+    imu_time_s: ArrayLike,
+    rate_rad_s: ArrayLike,
+    reference_time_s: ArrayLike,
+    quaternion_wxyz: ArrayLike,
+    *,
+    interval_s: float = 0.03,
+) -> float:
+    """Estimate the constant angle about z between two frames that agree about z.
+
+    Parameters
+    ----------
+    imu_time_s : array_like, shape (N,)
+        The gyroscope's clock, the same as the reference's, s.
+    rate_rad_s : array_like, shape (N, 3)
+        Angular rate in the sensor's upright frame, rad/s; NaN where missing.
+    reference_time_s : array_like, shape (M,)
+        Times of the reference, s.
+    quaternion_wxyz : array_like, shape (M, 4)
+        Orientation of the tracked upright frame; NaN where missing.
+    interval_s : float
+        Intervals over which the reference is differentiated, s.
+
+    Returns
+    -------
+    float
+        Angle in rad by which reference vectors must be turned about z to become sensor vectors.
+
+    Raises
+    ------
+    RecordingError
+        If either is too short.
+
+    Notes
+    -----
+    The two-dimensional least-squares rotation between the horizontal parts of the rates, once
+    over all intervals and once without outliers, as in `estimate_misalignment`.
+    """
+    sensor, body = _MeanRates(
+        imu_time_s, rate_rad_s, reference_time_s, quaternion_wxyz, interval_s
+    ).at(0.0)
+    to, of = (rate[:, 0] + 1j * rate[:, 1] for rate in (sensor, body))
+    to, of = to - to.mean(), of - of.mean()
+    use = np.ones(len(to), dtype=bool)
+    for _ in range(2):
+        angle = float(np.angle(np.sum(to[use] * of[use].conj())))
+        size = np.abs(to - of * np.exp(1j * angle))
+        use = size <= _OUTLIER_FACTOR * max(float(np.median(size)), 1e-12)
+    return angle

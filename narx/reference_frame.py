@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from narx.clock_alignment import estimate_misalignment
+from narx.clock_alignment import estimate_heading_misalignment
 from narx.recording import FloatArray, Trial, side_of
 from narx.segment_angles import mirror_quaternion
 
@@ -15,7 +15,7 @@ def anatomical_reference(
     sensor_to_anatomical: Rotation,
     static_bias_rad_s: FloatArray,
     *,
-    remove_mean_misalignment: bool = False,
+    remove_heading_misalignment: bool = False,
 ) -> tuple[FloatArray, list[str]]:
     """Bring a trial's reference into the frame in which methods estimate.
 
@@ -29,9 +29,9 @@ def anatomical_reference(
         The sensor's calibration.
     static_bias_rad_s : ndarray, shape (3,)
         Gyroscope bias in the sensor frame, rad/s.
-    remove_mean_misalignment : bool
-        Whether the constant rotation between an anatomical reference and the calibrated sensor
-        is removed (see `narx.calibration.calibrate`).
+    remove_heading_misalignment : bool
+        Whether the constant angle about the vertical between an anatomical reference and the
+        calibrated sensor is removed (see `narx.calibration.calibrate`).
 
     Returns
     -------
@@ -58,19 +58,18 @@ def anatomical_reference(
             mean = orientation[posture].mean()
             orientation = orientation * mean.inv() * _turn_about_vertical(_heading_rad(mean))
             notes.append("anatomical reference made upright in the calibration posture")
-        if remove_mean_misalignment:
+        if remove_heading_misalignment:
             imu = trial.imus[segment]
-            found = estimate_misalignment(
+            angle = estimate_heading_misalignment(
                 imu.time_s,
                 sensor_to_anatomical.apply(imu.gyroscope_rad_s - static_bias_rad_s),
                 imu.time_s[there],
                 orientation.as_quat(scalar_first=True),
             )
-            orientation = orientation * found.body_to_sensor.inv()
+            orientation = orientation * _turn_about_vertical(-angle)
             notes.append(
-                "constant misalignment of "
-                f"{np.degrees(found.body_to_sensor.magnitude()):.1f} deg between reference and "
-                "calibrated sensor removed"
+                f"{np.degrees(angle):.1f} deg about the vertical between reference and calibrated "
+                "sensor removed"
             )
     if posture is not None:
         orientation = _turn_about_vertical(-_heading_rad(orientation[posture].mean())) * orientation
@@ -80,6 +79,34 @@ def anatomical_reference(
         notes.append("heading of the first sample removed")
     result[there] = orientation.as_quat(scalar_first=True)
     return (mirror_quaternion(result) if side_of(segment) == "left" else result), notes
+
+
+def rest_heading_rad(trial: Trial, segment: str, sensor_to_upright: Rotation) -> float | None:
+    """Tell the heading of a tracked sensor in the calibration posture.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    segment : str
+        Which sensor.
+    sensor_to_upright : Rotation
+        Frame whose heading is asked for.
+
+    Returns
+    -------
+    float or None
+        Heading in the reference's global frame, rad; None where the reference did not track the
+        sensor or the trial does not contain the posture.
+    """
+    reference = trial.reference.get(segment)
+    if reference is None or reference.frame != "sensor":
+        return None
+    there = np.asarray(np.isfinite(reference.quaternion_wxyz).all(axis=1))
+    if not there.any() or (posture := _posture(trial, there)) is None:
+        return None
+    sensor = Rotation.from_quat(reference.quaternion_wxyz[there], scalar_first=True)[posture]
+    return _heading_rad(sensor.mean() * sensor_to_upright.inv())
 
 
 def _posture(trial: Trial, there: NDArray[np.bool_]) -> NDArray[np.bool_] | slice | None:

@@ -1,13 +1,17 @@
 """The gyroscope's static bias, from whatever the sensor was at rest in."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from narx.recording import FloatArray, Trial
 
 # long enough to average noise and sway out, short enough that a hand on the sensor is avoided
 WINDOW_S = 5.0
+# standing sway and sensor noise stay below, movement does not (Han et al., gamma of eq. (3))
+REST_RAD_S = np.radians(10.0)
 
 
 @dataclass(frozen=True)
@@ -99,3 +103,31 @@ def static_bias(trial: Trial, segment: str) -> StillPart | None:
         )
     found = [part for part in parts if part is not None]
     return min(found, key=lambda part: part.unrest_rad_s, default=None)
+
+
+def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float) -> float:
+    """Find how long sensors are at rest at the start of a recording.
+
+    Parameters
+    ----------
+    gyroscopes_rad_s : sequence of ndarray, shape (N, 3)
+        Angular rates of sensors on one clock, rad/s.
+    sampling_rate_hz : float
+        Samples per second.
+
+    Returns
+    -------
+    float
+        Time until a tenth of a second before the first sample in which any sensor turns by more
+        than 10 deg/s (averaged over a tenth of a second) beside its median over the first half
+        second; 0 without a rest.
+    """
+    first = max(1, round(0.5 * sampling_rate_hz))
+    margin = max(1, round(0.1 * sampling_rate_hz))
+    ends = []
+    for rate in gyroscopes_rad_s:
+        smooth = uniform_filter1d(rate, margin, axis=0, mode="nearest")
+        speed = np.linalg.norm(smooth - np.nanmedian(rate[:first], axis=0), axis=1)
+        moving = np.flatnonzero(speed > REST_RAD_S)
+        ends.append(moving[0] if moving.size else len(rate))
+    return max(0.0, float((min(ends) - 1 - margin) / sampling_rate_hz))

@@ -13,20 +13,19 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from narx.clock_alignment import estimate_clock_offset, estimate_misalignment
 from narx.datasets.base import TrialSource
 from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.text_table import read_numbers
+from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError
 from narx.recording import (
     GRAVITY_M_S2,
     FloatArray,
     ImuRecording,
-    ReferenceOrientation,
     Trial,
 )
-from narx.resampling import resample_quaternions, resample_vectors, uniform_clock
+from narx.resampling import uniform_clock
 
 _SEGMENT = "thigh"  # which pocket, left or right, is not recorded
 _TRIAL_FOLDER = re.compile(r"(?P<walker>[^_]+)_(?P<phone>[^_]+)_(?P<condition>.+_FrontPocket)")
@@ -87,40 +86,25 @@ class SmartphonePocket(TrialSource):
         gyroscope[:, 0] += alignment
         accelerometer[:, 0] += alignment
 
-        rate = gyroscope[:, 1:] - bias
-        offset, agreement = estimate_clock_offset(gyroscope[:, 0], rate, optical_time, body)
-        gyroscope[:, 0] -= offset
-        accelerometer[:, 0] -= offset
-        mounting = estimate_misalignment(gyroscope[:, 0], rate, optical_time, body)
-        clock = uniform_clock(
-            max(gyroscope[0, 0], accelerometer[0, 0], optical_time[0]),
-            min(gyroscope[-1, 0], accelerometer[-1, 0], optical_time[-1]),
+        aligned = align_sensors(
+            {_SEGMENT: RawSensor(gyroscope, accelerometer, bias, optical_time, body)},
             self._sampling_rate_hz,
+            max_gap_s=_MAX_GAP_S,
+            max_optical_gap_s=_MAX_OPTICAL_GAP_S,
         )
-        sensor = _in_sensor_frame(body, mounting.body_to_sensor)
         return Trial(
             dataset=self.name,
             subject=subject,
             condition=condition,
             trial=trial,
             sampling_rate_hz=self._sampling_rate_hz,
-            imus={_SEGMENT: _on_clock(gyroscope, accelerometer, clock)},
-            reference={
-                _SEGMENT: ReferenceOrientation(
-                    _SEGMENT,
-                    resample_quaternions(optical_time, sensor, clock, max_gap_s=_MAX_OPTICAL_GAP_S),
-                    "sensor",
-                )
-            },
+            imus=aligned.imus,
+            reference=aligned.reference,
             calibration={"still": {_SEGMENT: still}},
-            clock_offset_s={_SEGMENT: offset},
+            clock_offset_s=aligned.clock_offset_s,
             notes=(
-                f"phone clock {offset * 1e3:.1f} ms behind the optical one after "
-                f"timeAlignment.txt, aligned (correlation of angular speeds {agreement:.3f})",
-                f"rigid body to phone: {np.degrees(mounting.body_to_sensor.magnitude()):.1f} deg "
-                "removed by Kabsch on angular rates; residual "
-                f"{np.degrees(mounting.residual_rad_s):.1f} deg/s RMS an axis over "
-                f"{mounting.inlier_share:.0%} of the frames",
+                "clocks brought together by timeAlignment.txt, then by angular speed",
+                *aligned.notes,
                 f"resampled to {self._sampling_rate_hz:g} Hz, optical gaps left open",
             ),
             sources=checked_sources(self.name, root, [*files, *still_files, optical_file]),
@@ -142,7 +126,8 @@ class SmartphonePocket(TrialSource):
             min(gyroscope[-1, 0], accelerometer[-1, 0]),
             self._sampling_rate_hz,
         )
-        return _on_clock(gyroscope, accelerometer, clock), files
+        still = on_clock(_SEGMENT, gyroscope, accelerometer, clock, max_gap_s=_MAX_GAP_S)
+        return still, files
 
 
 def _read_phone(folder: Path, *, ios: bool) -> tuple[FloatArray, FloatArray, list[Path]]:
@@ -198,20 +183,3 @@ def _read_rigid_body(path: Path) -> tuple[FloatArray, FloatArray]:
     if there.any():
         quaternion[there] = Rotation.from_matrix(matrices[there]).as_quat(scalar_first=True)
     return np.arange(len(matrices)) / rate_hz, quaternion
-
-
-def _in_sensor_frame(body_wxyz: FloatArray, body_to_sensor: Rotation) -> FloatArray:
-    sensor = np.full_like(body_wxyz, np.nan)
-    there = np.isfinite(body_wxyz).all(axis=1)
-    body = Rotation.from_quat(body_wxyz[there], scalar_first=True)
-    sensor[there] = (body * body_to_sensor.inv()).as_quat(scalar_first=True)
-    return sensor
-
-
-def _on_clock(gyroscope: FloatArray, accelerometer: FloatArray, clock: FloatArray) -> ImuRecording:
-    return ImuRecording(
-        _SEGMENT,
-        clock,
-        resample_vectors(gyroscope[:, 0], gyroscope[:, 1:], clock, max_gap_s=_MAX_GAP_S),
-        resample_vectors(accelerometer[:, 0], accelerometer[:, 1:], clock, max_gap_s=_MAX_GAP_S),
-    )
