@@ -59,17 +59,18 @@ class AhrsFilter(OrientationMethod):
         def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
             nonlocal quaternion
             gyroscope = gyroscope_xyz(axis_rates)
+            force = np.asarray(specific_force, dtype=float)
             if quaternion is None:
                 # the library's own start from one accelerometer sample
                 first = self._class(
                     gyr=gyroscope[None],
-                    acc=np.asarray(specific_force, dtype=float)[None],
+                    acc=force[None],
                     frequency=sampling_rate_hz,
                     **self._parameters,
                 )
                 quaternion = first.Q[0]
             else:
-                quaternion = running.updateIMU(quaternion, gyroscope, specific_force)
+                quaternion = running.updateIMU(quaternion, gyroscope, force)
             return angles(quaternion)
 
         return step

@@ -6,9 +6,10 @@ import numpy as np
 from numba import njit
 
 from baselines.parameters import one_of, positive, tilt_axes
+from baselines.tilt import tilt
 from narx.errors import UserError
 from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
-from narx.segment_angles import FRONTAL, tilt_from_specific_force
+from narx.segment_angles import tilt_from_specific_force
 
 
 class ComplementaryFilter(OrientationMethod):
@@ -106,12 +107,12 @@ class ComplementaryFilter(OrientationMethod):
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         initial = signals.initial_angles_rad
         angles = np.full((signals.n_samples, 3), np.nan)
-        tilt = tilt_from_specific_force(signals.specific_force_m_s2)
+        tilts = tilt_from_specific_force(signals.specific_force_m_s2)
         gain = 1.0 - self.alpha(signals.sampling_rate_hz)
         for axis in self.columns:
             angles[:, axis] = _filter(
                 np.ascontiguousarray(signals.axis_rates_rad_s[:, axis]),
-                np.ascontiguousarray(tilt[:, axis]),
+                np.ascontiguousarray(tilts[:, axis]),
                 0.0 if initial is None else float(initial[axis]),
                 signals.interval_s,
                 gain,
@@ -134,9 +135,14 @@ class ComplementaryFilter(OrientationMethod):
             if before is not None:
                 x, y, z = specific_force
                 for axis in self.columns:
-                    tilt = _frontal_tilt(x, y, z) if axis == FRONTAL else np.arctan2(x, z)
                     angles[axis] = _advance(
-                        angles[axis], rates[axis], before[axis], tilt, interval_s, gain, trapezoid
+                        angles[axis],
+                        rates[axis],
+                        before[axis],
+                        tilt(axis, x, y, z),
+                        interval_s,
+                        gain,
+                        trapezoid,
                     )
             before = rates
             return np.array(angles)
@@ -144,15 +150,11 @@ class ComplementaryFilter(OrientationMethod):
         return step
 
 
-def _frontal_tilt(x: float, y: float, z: float) -> float:
-    return np.arctan2(-y, np.sqrt(x * x + z * z))
-
-
 def _advance(
     angle: float,
     rate: float,
     rate_before: float,
-    tilt: float,
+    tilted: float,
     interval_s: float,
     gain: float,
     trapezoid: bool,
@@ -162,7 +164,7 @@ def _advance(
         predicted = angle + (0.5 * interval_s) * (rate + rate_before)
     else:
         predicted = angle + interval_s * rate
-    difference = tilt - predicted
+    difference = tilted - predicted
     if abs(difference) > np.pi:
         difference = difference - 2.0 * np.pi * round(difference / (2.0 * np.pi))
     return predicted + gain * difference
@@ -174,7 +176,7 @@ _advance_compiled = njit(cache=True)(_advance)
 @njit(cache=True)
 def _filter(
     rate: FloatArray,
-    tilt: FloatArray,
+    tilts: FloatArray,
     initial: float,
     interval_s: float,
     gain: float,
@@ -185,7 +187,7 @@ def _filter(
     for k in range(len(rate)):
         if k > 0:
             angle = _advance_compiled(
-                angle, rate[k], rate[k - 1], tilt[k], interval_s, gain, trapezoid
+                angle, rate[k], rate[k - 1], tilts[k], interval_s, gain, trapezoid
             )
         out[k] = angle
     return out

@@ -1,6 +1,6 @@
 """Gyro integration-based orientation filter: integrate, and take gravity when it is alone."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numba import njit
@@ -9,12 +9,12 @@ from scipy import signal
 
 from baselines.moving_average import centred_moving_average
 from baselines.parameters import one_of, positive, tilt_axes
-from narx.errors import MethodNotApplicableError
+from baselines.tilt import tilt
+from narx.errors import MethodNotApplicableError, UserError
 from narx.gait import stride_frequency_hz
 from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
 from narx.recording import GRAVITY_M_S2
-from narx.segment_angles import FRONTAL, SAGITTAL
-
+from narx.segment_angles import SAGITTAL
 
 _PAPERS_OFFSET_WINDOW_S = 1.5  # 150 samples at 100 Hz
 
@@ -39,8 +39,9 @@ class Giof(OrientationMethod):
         Offline: window of the moving average that is taken for the gyroscope's offset, s (150
         samples at 100 Hz). None takes two strides of the detected cadence (where no walking is
         found, 1.5 s again).
-    low_pass_hz : float
-        Real time: cut-off of the second-order Butterworth filter on all six channels, Hz.
+    low_pass_hz : float, optional
+        Real time: cut-off of the second-order Butterworth filter on all six channels, Hz; None
+        for sensors that filter themselves.
     static_offset_deg_s : sequence of float
         Real time: offset subtracted from the three axis rates, deg/s, on top of the static
         bias that calibration has removed already.
@@ -66,7 +67,7 @@ class Giof(OrientationMethod):
         rate_threshold_deg_s: float = 5.0,
         noise_window_s: float = 0.1,
         offset_window_s: float | None = _PAPERS_OFFSET_WINDOW_S,
-        low_pass_hz: float = 10.0,
+        low_pass_hz: float | None = 10.0,
         static_offset_deg_s: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         self.mode = one_of(self.name, "mode", mode, ("offline", "real_time"))
@@ -81,8 +82,15 @@ class Giof(OrientationMethod):
             if offset_window_s is None
             else positive(self.name, "offset_window_s", offset_window_s)
         )
-        self.low_pass_hz = positive(self.name, "low_pass_hz", low_pass_hz)
-        self.static_offset_rad_s = np.deg2rad(np.asarray(static_offset_deg_s, dtype=float))
+        self.low_pass_hz = (
+            None if low_pass_hz is None else positive(self.name, "low_pass_hz", low_pass_hz)
+        )
+        if len(static_offset_deg_s) != 3:
+            raise UserError(
+                f"method {self.name}: static_offset_deg_s has {len(static_offset_deg_s)} values, "
+                "expected three"
+            )
+        self.static_offset_rad_s = np.deg2rad(np.array([*static_offset_deg_s], dtype=float))
 
     @property
     def _norm_squared_range(self) -> tuple[float, float]:
@@ -119,7 +127,9 @@ class Giof(OrientationMethod):
         offset = centred_moving_average(rates, window_s, rate_hz)
         return centred_moving_average(rates, self.noise_window_s, rate_hz) - offset
 
-    def _butterworth(self, sampling_rate_hz: float) -> tuple[FloatArray, FloatArray]:
+    def _butterworth(self, sampling_rate_hz: float) -> tuple[FloatArray, FloatArray] | None:
+        if self.low_pass_hz is None:
+            return None
         if self.low_pass_hz >= 0.5 * sampling_rate_hz:
             raise MethodNotApplicableError(
                 f"method {self.name}: low_pass_hz is {self.low_pass_hz:g}, expected less than "
@@ -128,7 +138,11 @@ class Giof(OrientationMethod):
         return signal.butter(2, self.low_pass_hz, fs=sampling_rate_hz)
 
     def _low_pass(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray]:
-        b, a = self._butterworth(signals.sampling_rate_hz)
+        coefficients = self._butterworth(signals.sampling_rate_hz)
+        if coefficients is None:
+            rates, force = signals.axis_rates_rad_s, signals.specific_force_m_s2
+            return rates - self.static_offset_rad_s, force
+        b, a = coefficients
         six = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
         # as if the first sample had been there for ever: no transient from zero
         smooth, _ = signal.lfilter(b, a, six, axis=0, zi=signal.lfilter_zi(b, a)[:, None] * six[0])
@@ -140,8 +154,7 @@ class Giof(OrientationMethod):
                 f"method {self.name}: mode=offline needs the whole recording; "
                 "mode=real_time runs sample by sample"
             )
-        b, a = (tuple(c.tolist()) for c in self._butterworth(sampling_rate_hz))
-        rest = signal.lfilter_zi(b, a).tolist()
+        smooth = _channel_filters(self._butterworth(sampling_rate_hz))
         offset = self.static_offset_rad_s.tolist()
         half_s = 0.5 / sampling_rate_hz
         low, high = self._norm_squared_range
@@ -149,25 +162,18 @@ class Giof(OrientationMethod):
         angles = [np.nan, np.nan, np.nan]
         for axis in self.columns:
             angles[axis] = 0.0
-        memory: list[tuple[float, float]] = []
-        before: list[float] | None = None
+        before: dict[int, float] | None = None
 
         def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
             nonlocal before
-            six = [*axis_rates, *specific_force]
-            if not memory:
-                memory.extend((rest[0] * value, rest[1] * value) for value in six)
-            wanted = [*self.columns, 3, 4, 5]
-            for channel in wanted:
-                six[channel], memory[channel] = _biquad(six[channel], memory[channel], b, a)
-            rates = [six[axis] - offset[axis] for axis in range(3)]
-            x, y, z = six[3:]
+            rates = {axis: smooth[axis](axis_rates[axis]) - offset[axis] for axis in self.columns}
+            x, y, z = (smooth[3 + i](specific_force[i]) for i in range(3))
             resting = _gravity_alone(x, y, z, low, high) and all(
                 abs(rates[axis]) < threshold for axis in self.columns
             )
             for axis in self.columns:
                 if resting:
-                    angles[axis] = _tilt(axis, x, y, z)
+                    angles[axis] = tilt(axis, x, y, z)
                 elif before is not None:
                     angles[axis] = _integrate(angles[axis], rates[axis], before[axis], half_s)
             before = rates
@@ -176,12 +182,28 @@ class Giof(OrientationMethod):
         return step
 
 
-def _biquad(
-    value: float, memory: tuple[float, float], b: tuple[float, ...], a: tuple[float, ...]
-) -> tuple[float, tuple[float, float]]:
-    """One sample through a second-order filter, transposed direct form II as in scipy."""
-    out = b[0] * value + memory[0]
-    return out, (b[1] * value - a[1] * out + memory[1], b[2] * value - a[2] * out)
+def _channel_filters(
+    coefficients: tuple[FloatArray, FloatArray] | None,
+) -> list[Callable[[float], float]]:
+    """Low-pass filters of the six channels, one sample at a time."""
+    if coefficients is None:
+        return [lambda value: value] * 6
+    return [_biquad(*(c.tolist() for c in coefficients)) for _ in range(6)]
+
+
+def _biquad(b: list[float], a: list[float]) -> Callable[[float], float]:
+    """Second-order filter in transposed direct form II, as in scipy."""
+    rest = signal.lfilter_zi(b, a).tolist()
+    memory: tuple[float, float] | None = None
+
+    def step(value: float) -> float:
+        nonlocal memory
+        first, second = memory or (rest[0] * value, rest[1] * value)
+        out = b[0] * value + first
+        memory = b[1] * value - a[1] * out + second, b[2] * value - a[2] * out
+        return out
+
+    return step
 
 
 # plain arithmetic, so that it can be compiled and counted
@@ -193,16 +215,12 @@ def _gravity_alone(x: float, y: float, z: float, low: float, high: float) -> boo
     return low < norm_squared < high
 
 
-def _tilt(axis: int, x: float, y: float, z: float) -> float:
-    return np.arctan2(-y, np.sqrt(x * x + z * z)) if axis == FRONTAL else np.arctan2(x, z)
-
-
 def _integrate(angle: float, rate: float, rate_before: float, half_interval_s: float) -> float:
     return angle + half_interval_s * (rate + rate_before)
 
 
 _gravity_alone_compiled = njit(cache=True)(_gravity_alone)
-_tilt_compiled = njit(cache=True)(_tilt)
+_tilt_compiled = njit(cache=True)(tilt)
 _integrate_compiled = njit(cache=True)(_integrate)
 
 

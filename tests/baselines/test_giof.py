@@ -1,0 +1,136 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from baselines.giof import Giof
+from narx.errors import MethodNotApplicableError, UserError
+from narx.method import SegmentSignals
+from narx.recording import GRAVITY_M_S2
+
+
+def printed_pseudocode(rate, force, interval_s, eta, gamma_3):
+    """Abhayasinghe et al., Fig. 6, with the absolute value in (2)."""
+    angle, out = 0.0, []
+    for k in range(len(rate)):
+        norm_squared = float(force[k] @ force[k])
+        low, high = (GRAVITY_M_S2 - eta) ** 2, (GRAVITY_M_S2 + eta) ** 2
+        if low < norm_squared < high and abs(rate[k]) < gamma_3:
+            angle = np.arctan2(force[k, 0], force[k, 2])
+        elif k > 0:
+            angle = angle + 0.5 * interval_s * (rate[k] + rate[k - 1])
+        out.append(angle)
+    return np.array(out)
+
+
+def test_one_axis_without_low_pass_is_the_printed_pseudocode():
+    rng = np.random.default_rng(3)
+    rates = rng.normal(0, 0.2, (2000, 3))
+    force = np.array([1.0, 0.0, GRAVITY_M_S2]) + rng.normal(0, 0.3, (2000, 3))
+    method = Giof("real_time", ["sagittal"], eta_m_s2=0.15, low_pass_hz=None)
+    angles = method.estimate(SegmentSignals("thigh_right", 100.0, rates, force))
+    expected = printed_pseudocode(rates[:, 0], force, 0.01, 0.15, np.deg2rad(5.0))
+    np.testing.assert_allclose(angles[:, 0], expected, atol=1e-12)
+    assert np.isnan(angles[:, 1:]).all()
+
+
+def test_a_fast_backward_swing_is_not_rest():
+    """As printed, (2) would take any negative rate for rest."""
+    rates = np.zeros((50, 3))
+    rates[:, 0] = -2.0
+    # gravity alone, but tilted: as printed the angle would stay at the accelerometer's
+    force = np.tile(GRAVITY_M_S2 * np.array([np.sin(0.5), 0, np.cos(0.5)]), (50, 1))
+    method = Giof("real_time", low_pass_hz=None)
+    angles = method.estimate(SegmentSignals("thigh_right", 100.0, rates, force))
+    assert angles[-1, 0] == pytest.approx(-2.0 * 0.49, abs=1e-12)
+
+
+@pytest.mark.parametrize(("deviation", "believed"), [(0.19, True), (0.21, False)])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_eta_is_the_deviation_of_the_norm(deviation, believed, sign):
+    norm = GRAVITY_M_S2 + sign * deviation
+    force = np.tile(norm * np.array([np.sin(0.5), 0, np.cos(0.5)]), (5, 1))
+    signals = SegmentSignals("thigh_right", 100.0, np.zeros((5, 3)), force)
+    angle = Giof("real_time", low_pass_hz=None, eta_m_s2=0.2).estimate(signals)[-1, 0]
+    assert angle == pytest.approx(0.5 if believed else 0.0, abs=1e-12)
+
+
+def test_both_axes_must_rest():
+    rates = np.zeros((5, 3))
+    rates[:, 1] = 1.0
+    force = np.tile(GRAVITY_M_S2 * np.array([np.sin(0.5), 0, np.cos(0.5)]), (5, 1))
+    signals = SegmentSignals("thigh_right", 100.0, rates, force)
+    one = Giof("real_time", ["sagittal"], low_pass_hz=None).estimate(signals)[-1, 0]
+    both = Giof("real_time", low_pass_hz=None).estimate(signals)[-1, 0]
+    assert one == pytest.approx(0.5)
+    assert both == 0.0
+
+
+def test_offline_removes_a_gyroscope_offset(motion):
+    walk = motion("walking", duration_s=30.0)
+    biased = replace(
+        walk.signals, axis_rates_rad_s=walk.signals.axis_rates_rad_s + np.deg2rad([2.0, -1.0, 0])
+    )
+    with_bias = Giof().estimate(biased)
+    without = Giof().estimate(walk.signals)
+    assert np.rad2deg(np.nanmax(np.abs(with_bias - without))) < 0.5
+
+
+def test_a_window_that_is_no_whole_number_of_strides_stretches_the_angle(motion):
+    """1.5 s of 0.9 strides a second: the average keeps -21 % of the swing and adds it."""
+    walk = motion("walking", duration_s=40.0)
+    middle = (walk.time_s > 10) & (walk.time_s < 30)
+
+    def gain(window_s):
+        angle = Giof(offset_window_s=window_s, axes=["sagittal"]).estimate(walk.signals)[middle, 0]
+        carrier = np.exp(-2j * np.pi * 0.9 * walk.time_s[middle])
+        return np.abs((angle * carrier).mean() / (walk.angles_rad[middle, 0] * carrier).mean())
+
+    noise_window = np.sinc(0.9 * 0.1)
+    # updates from the accelerometer pull a little back
+    assert gain(1.5) == pytest.approx(noise_window - np.sinc(0.9 * 1.5), abs=0.03)
+    assert gain(None) == pytest.approx(1.0, abs=0.02)
+
+
+def test_real_time_subtracts_the_static_offset():
+    rates = np.tile(np.deg2rad([20.0, -10.0, 3.0]), (200, 1))
+    force = np.zeros((200, 3))
+    method = Giof("real_time", static_offset_deg_s=[20.0, -10.0, 3.0])
+    angles = method.estimate(SegmentSignals("thigh_right", 100.0, rates, force))
+    np.testing.assert_allclose(angles[:, :2], 0.0, atol=1e-12)
+
+
+def test_starts_from_known_angles():
+    rates = np.full((10, 3), 1.0)
+    signals = SegmentSignals(
+        "thigh_right", 100.0, rates, np.zeros((10, 3)), np.array([0.3, -0.1, 0.0])
+    )
+    angles = Giof("real_time").estimate(signals)
+    np.testing.assert_allclose(angles[:, 0], 0.3 + np.arange(10) * 0.01, atol=1e-12)
+
+
+def test_a_cut_off_above_half_the_sampling_rate_is_refused():
+    signals = SegmentSignals("thigh_right", 18.0, np.zeros((10, 3)), np.zeros((10, 3)))
+    with pytest.raises(MethodNotApplicableError, match="less than half the sampling rate of 18 Hz"):
+        Giof("real_time").estimate(signals)
+
+
+def test_offline_does_not_stream():
+    with pytest.raises(MethodNotApplicableError, match="mode=offline needs the whole recording"):
+        Giof().stream(100.0)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"mode": "online"}, "mode is 'online', expected one of offline, real_time"),
+        ({"eta_m_s2": 0.0}, "eta_m_s2 is 0.0"),
+        ({"rate_threshold_deg_s": -5.0}, "rate_threshold_deg_s is -5.0"),
+        ({"offset_window_s": 0.0}, "offset_window_s is 0.0"),
+        ({"static_offset_deg_s": [1.0]}, "has 1 values, expected three"),
+        ({"axes": ["yaw"]}, "expected sagittal, frontal or both"),
+    ],
+)
+def test_wrong_parameters_are_one_clear_line(parameters, message):
+    with pytest.raises(UserError, match=message):
+        Giof(**parameters)

@@ -1,0 +1,147 @@
+"""The adapters against calling the libraries directly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import baselines.parameters
+from baselines import make_method
+from baselines.orientation_filter import gyroscope_xyz
+from narx.errors import MethodNotApplicableError, UserError
+from narx.segment_angles import angles_from_orientation, axis_rates
+
+
+@pytest.fixture
+def noisy(motion):
+    rng = np.random.default_rng(7)
+    walk = motion("half_turn", 100.0, 30.0).signals
+    return replace(
+        walk,
+        axis_rates_rad_s=walk.axis_rates_rad_s + rng.normal(0.01, 0.02, (walk.n_samples, 3)),
+        specific_force_m_s2=walk.specific_force_m_s2 + rng.normal(0, 0.5, (walk.n_samples, 3)),
+        initial_angles_rad=None,
+    )
+
+
+def test_gyroscope_xyz_undoes_axis_rates():
+    rates = np.random.default_rng(0).normal(size=(20, 3))
+    np.testing.assert_array_equal(gyroscope_xyz(axis_rates(rates)), rates)
+    np.testing.assert_array_equal(axis_rates(gyroscope_xyz(rates)), rates)
+
+
+def assert_same_angles(angles, quaternion):
+    direct = angles_from_orientation(quaternion)
+    np.testing.assert_allclose(angles[:, :2], direct[:, :2], atol=1e-12)
+    np.testing.assert_allclose(angles[:, 2], direct[:, 2] - direct[0, 2], atol=1e-12)
+
+
+@pytest.mark.parametrize("offline", [False, True])
+def test_vqf_is_vqf(noisy, offline):
+    vqf = pytest.importorskip("vqf")
+    gyroscope, accelerometer = gyroscope_xyz(noisy.axis_rates_rad_s), noisy.specific_force_m_s2
+    if offline:
+        result = vqf.offlineVQF(gyroscope, accelerometer, None, 0.01)
+    else:
+        result = vqf.VQF(0.01).updateBatch(gyroscope, accelerometer)
+    assert_same_angles(make_method("vqf", offline=offline).estimate(noisy), result["quat6D"])
+
+
+def test_vqf_parameters_reach_the_library(noisy):
+    vqf = pytest.importorskip("vqf")
+    direct = vqf.VQF(0.01, tauAcc=0.7, motionBiasEstEnabled=False, restBiasEstEnabled=False)
+    result = direct.updateBatch(gyroscope_xyz(noisy.axis_rates_rad_s), noisy.specific_force_m_s2)
+    method = make_method(
+        "vqf", tau_acc_s=0.7, motion_bias_estimation=False, rest_bias_estimation=False
+    )
+    assert_same_angles(method.estimate(noisy), result["quat6D"])
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "library_parameters"),
+    [
+        ("madgwick", {}, {}),
+        ("madgwick", {"gain": 0.1}, {"gain": 0.1}),
+        ("mahony", {}, {}),
+        (
+            "mahony",
+            {"proportional_gain": 0.5, "integral_gain": 0.1},
+            {"k_P": 0.5, "k_I": 0.1},
+        ),
+    ],
+)
+def test_ahrs_is_ahrs(noisy, name, parameters, library_parameters):
+    filters = pytest.importorskip("ahrs").filters
+    short = noisy.select(slice(0, 1500))
+    direct = getattr(filters, name.capitalize())(
+        gyr=gyroscope_xyz(short.axis_rates_rad_s),
+        acc=short.specific_force_m_s2,
+        frequency=100.0,
+        **library_parameters,
+    )
+    assert_same_angles(make_method(name, **parameters).estimate(short), direct.Q)
+
+
+@pytest.mark.parametrize("name", ["madgwick", "mahony"])
+def test_ahrs_starts_from_known_angles(motion, name):
+    pytest.importorskip("ahrs")
+    start = np.array([0.3, -0.2, 5.0])
+    signals = motion("still", duration_s=1.0).changed(initial_angles_rad=start).signals
+    angles = make_method(name).estimate(signals)
+    np.testing.assert_allclose(angles[0], start, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["vqf", "madgwick", "mahony"])
+def test_the_true_angles_come_out(motion, name):
+    pytest.importorskip({"vqf": "vqf"}.get(name, "ahrs"))
+    walk = motion("half_turn", 200.0, 30.0)
+    late = walk.time_s > 10
+    error = np.rad2deg(make_method(name).estimate(walk.signals) - walk.angles_rad)[late]
+    assert np.abs(error[:, :2]).max() < 1.5
+    # half a turn of heading is followed, not lost
+    assert np.abs(error[:, 2]).max() < 5.0
+
+
+@pytest.mark.parametrize("name", ["vqf", "madgwick", "mahony"])
+def test_a_missing_library_is_one_clear_line(monkeypatch, name):
+    package = {"vqf": "vqf"}.get(name, "ahrs")
+
+    def missing(module):
+        raise ModuleNotFoundError(f"No module named {module!r}", name=module)
+
+    monkeypatch.setattr(baselines.parameters.importlib, "import_module", missing)
+    with pytest.raises(MethodNotApplicableError) as refusal:
+        baselines.parameters.optional_library(name, package)
+    assert str(refusal.value) == (
+        f"method {name} needs the package '{package}', which is not installed: "
+        "pip install 'narx-orientation[filters]'"
+    )
+
+
+def test_a_library_that_is_broken_in_itself_is_not_called_missing(monkeypatch):
+    def broken(module):
+        raise ModuleNotFoundError("No module named 'numpy'", name="numpy")
+
+    monkeypatch.setattr(baselines.parameters.importlib, "import_module", broken)
+    with pytest.raises(ModuleNotFoundError):
+        baselines.parameters.optional_library("vqf", "vqf")
+
+
+def test_offline_vqf_does_not_stream():
+    pytest.importorskip("vqf")
+    with pytest.raises(MethodNotApplicableError, match="offline=true needs the whole recording"):
+        make_method("vqf", offline=True).stream(100.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "message"),
+    [
+        ("vqf", {"tau_acc_s": 0.0}, "tau_acc_s is 0.0"),
+        ("madgwick", {"gain": -1.0}, "gain is -1.0"),
+        ("mahony", {"integral_gain": np.nan}, "integral_gain is nan"),
+    ],
+)
+def test_wrong_parameters_are_one_clear_line(name, parameters, message):
+    pytest.importorskip({"vqf": "vqf"}.get(name, "ahrs"))
+    with pytest.raises(UserError, match=message):
+        make_method(name, **parameters)

@@ -1,0 +1,153 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from baselines.gyro_integration import GyroIntegration
+from baselines.two_point import TwoPoint
+from narx.errors import MethodNotApplicableError, UserError
+from narx.method import SegmentSignals
+from narx.recording import GRAVITY_M_S2
+
+
+def rms_deg(error):
+    return np.rad2deg(np.sqrt(np.mean(error**2, axis=0)))
+
+
+@pytest.fixture
+def walk(motion):
+    """Stands 4 s, walks, stands from 16 s on."""
+    return motion("stand_walk_stand", 100.0, 20.0)
+
+
+def test_start_and_stop_are_where_the_standing_ends_and_begins(walk):
+    parts = TwoPoint().parts(walk.signals)
+    # the motion itself rises smoothly from 4.0 s on and has ended at 16.0 s
+    assert 4.0 <= parts.start / 100 < 4.4
+    assert 15.6 < parts.stop / 100 <= 16.0
+
+
+def test_a_constant_bias_is_taken_off_as_a_line(walk):
+    bias = np.deg2rad([0.8, -0.5, 1.2])
+    biased = replace(walk.signals, axis_rates_rad_s=walk.signals.axis_rates_rad_s + bias)
+    method = TwoPoint(4.0, 16.0)
+    clean, dirty = method.parts(walk.signals), method.parts(biased)
+    np.testing.assert_allclose(dirty.angles_rad, clean.angles_rad, atol=1e-9)
+    drift = (dirty.drift_rad - clean.drift_rad)[dirty.start : dirty.stop + 1]
+    expected = np.arange(len(drift))[:, None] * 0.01 * bias
+    np.testing.assert_allclose(drift, expected, atol=1e-9)
+
+
+def test_it_is_better_than_plain_integration_on_every_axis(walk):
+    bias = np.deg2rad([0.4, -0.3, 0.5])
+    biased = replace(walk.signals, axis_rates_rad_s=walk.signals.axis_rates_rad_s + bias)
+    compensated = rms_deg(TwoPoint().estimate(biased) - walk.angles_rad)
+    plain = rms_deg(GyroIntegration().estimate(biased) - walk.angles_rad)
+    assert (compensated < plain).all()
+    assert (compensated < 1.5).all()
+
+
+def test_printed_equations(walk):
+    """(8) to (14) one by one, rectangle rule, from A to B."""
+    rates = walk.signals.axis_rates_rad_s + np.deg2rad([0.8, -0.5, 1.2])
+    parts = TwoPoint(rule="rectangle").parts(replace(walk.signals, axis_rates_rad_s=rates))
+    a, b = parts.start, parts.stop
+    psi = np.zeros((b + 1, 3))
+    for n in range(1, b + 1):
+        psi[n] = psi[n - 1] + rates[n] * 0.01
+    error_a, error_b = psi[a] - parts.angles_rad[a], psi[b] - parts.angles_rad[b]
+    weight = (np.arange(a, b + 1) - a)[:, None] / (b - a)
+    theta = psi[a : b + 1] - (error_a * (1 - weight) + error_b * weight)
+    np.testing.assert_allclose(parts.angles_rad[a : b + 1], theta, atol=1e-10)
+
+
+def test_the_average_over_standing_does_not_reach_into_the_walk():
+    n = 1200
+    rates = np.zeros((n, 3))
+    t = np.arange(400) / 100.0
+    rates[400:800, 0] = 2.0 * np.cos(2 * np.pi * t)
+    force = np.tile([0.0, 0.0, GRAVITY_M_S2], (n, 1))
+    force[400:800, 0] += 5.0 * np.cos(2 * np.pi * t)
+    parts = TwoPoint().parts(SegmentSignals("thigh_right", 100.0, rates, force))
+    np.testing.assert_allclose(parts.angles_rad[: parts.start + 1], 0.0, atol=1e-12)
+    np.testing.assert_allclose(parts.angles_rad[parts.stop :], 0.0, atol=1e-12)
+
+
+def test_no_still_part_is_refused_with_which_and_how_long(walk):
+    signals = walk.signals
+    with pytest.raises(MethodNotApplicableError) as refusal:
+        TwoPoint().estimate(signals.select(slice(700, None)))
+    message = str(refusal.value)
+    assert "two_point does not apply to thigh_right: no still part before the walk" in message
+    assert "none of 0.5 s" in message
+    assert "\n" not in message
+    with pytest.raises(MethodNotApplicableError, match=r"no still part after the walk: .* last \d"):
+        TwoPoint().estimate(signals.select(slice(0, 1300)))
+
+
+def test_times_given_by_hand(walk):
+    by_hand = TwoPoint(start_s=4.0, stop_s=16.0).parts(walk.signals)
+    assert (by_hand.start, by_hand.stop) == (400, 1600)
+    automatic = TwoPoint().estimate(walk.signals)
+    assert np.rad2deg(np.abs(by_hand.angles_rad - automatic).max()) < 2.0
+
+
+@pytest.mark.parametrize("times", [(-1.0, 16.0), (16.0, 4.0), (4.0, 21.0)])
+def test_times_outside_the_recording_are_refused(walk, times):
+    with pytest.raises(MethodNotApplicableError, match=r"start_s < stop_s <= 20\.00 in thigh"):
+        TwoPoint(*times).estimate(walk.signals)
+
+
+def test_half_a_pair_of_times_is_a_mistake():
+    with pytest.raises(UserError, match="expected both or neither"):
+        TwoPoint(start_s=3.0)
+
+
+def test_shaky_legs(walk):
+    rng = np.random.default_rng(4)
+    t = walk.time_s
+    tremor = np.deg2rad(14.0) * np.sin(2 * np.pi * 5.0 * t + rng.uniform(0, 6, 1))
+    rates = walk.signals.axis_rates_rad_s + np.column_stack([tremor, 0 * t, 0 * t])
+    force = walk.signals.specific_force_m_s2.copy()
+    force[:, 2] += 0.09 * GRAVITY_M_S2 * np.sin(2 * np.pi * 5.0 * t)
+    signals = replace(walk.signals, axis_rates_rad_s=rates, specific_force_m_s2=force)
+    with pytest.raises(MethodNotApplicableError, match="no still part"):
+        TwoPoint().estimate(signals)
+    parts = TwoPoint(shaky_legs=True).parts(signals)
+    assert 3.9 < parts.start / 100 < 4.5
+    assert 15.5 < parts.stop / 100 < 16.1
+    assert (rms_deg(parts.angles_rad - walk.angles_rad) < 2.0).all()
+
+
+def test_a_gap_inside_the_walk_keeps_its_length(walk):
+    rates = walk.signals.axis_rates_rad_s.copy()
+    rates[900:905] = np.nan
+    parts = TwoPoint().parts(replace(walk.signals, axis_rates_rad_s=rates))
+    whole = TwoPoint().parts(walk.signals)
+    assert (parts.start, parts.stop) == (whole.start, whole.stop)
+    missing = np.isnan(parts.angles_rad).any(axis=1)
+    assert np.flatnonzero(missing).tolist() == list(range(900, 905))
+    # what was turned in the gap is spread over the walk
+    assert np.rad2deg(np.nanmax(np.abs(parts.angles_rad - whole.angles_rad))) < 7.0
+
+
+def test_missing_standing_is_refused(walk):
+    force = walk.signals.specific_force_m_s2.copy()
+    force[:500] = np.nan
+    signals = replace(walk.signals, specific_force_m_s2=force)
+    with pytest.raises(MethodNotApplicableError, match="no still part before"):
+        TwoPoint().estimate(signals)
+    with pytest.raises(MethodNotApplicableError, match="before the walk is missing"):
+        TwoPoint(4.0, 16.0).estimate(signals)
+
+
+def test_a_recording_that_stands_still_throughout_is_tilt(motion):
+    tilted = motion("tilted", duration_s=4.0)
+    parts = TwoPoint().parts(tilted.signals)
+    assert parts.start is None
+    np.testing.assert_allclose(parts.angles_rad, tilted.angles_rad, atol=1e-12)
+
+
+def test_it_needs_the_whole_recording():
+    with pytest.raises(MethodNotApplicableError, match="two_point needs the whole recording"):
+        TwoPoint().stream(100.0)
