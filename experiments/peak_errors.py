@@ -125,11 +125,10 @@ def peak_errors(angles: Swing) -> pd.DataFrame:
         A row a pair of peaks that are each other's nearest and at most `LARGEST_LAG_S` apart:
         ``peak`` (positive, negative), ``time_s``, ``lag_s`` (estimate after reference),
         ``reference_deg``, ``estimate_deg``, ``error_deg``. Each height is taken at its own peak.
+        The two minima at which the waveforms are cut are left out, being cut in half.
     """
-    # the ends are minima too, but on an edge no peak is found
-    margin = round(LARGEST_LAG_S * RATE_HZ)
-    reference = np.pad(angles.reference_deg, margin, mode="reflect")
-    estimate = np.pad(angles.estimate_deg, margin, mode="reflect")
+    reference, estimate = angles.reference_deg, angles.estimate_deg
+    farthest = round(LARGEST_LAG_S * RATE_HZ)
     tables = []
     for kind in PEAKS:
         true, found = _peaks(reference, kind), _peaks(estimate, kind)
@@ -139,14 +138,14 @@ def peak_errors(angles: Swing) -> pd.DataFrame:
                 break
             nearest = found[np.argmin(np.abs(found - k))]
             mutual = true[np.argmin(np.abs(true - nearest))] == k
-            if mutual and abs(nearest - k) <= margin:
+            if mutual and abs(nearest - k) <= farthest:
                 pairs.append((k, nearest))
         index = np.array(pairs, dtype=int).reshape(-1, 2)
         tables.append(
             pd.DataFrame(
                 {
                     "peak": kind,
-                    "time_s": angles.time_s[0] + (index[:, 0] - margin) / RATE_HZ,
+                    "time_s": angles.time_s[index[:, 0]],
                     "lag_s": (index[:, 1] - index[:, 0]) / RATE_HZ,
                     "reference_deg": reference[index[:, 0]],
                     "estimate_deg": estimate[index[:, 1]],

@@ -1,6 +1,6 @@
 """From rows of results to one value a person, the unit of every mean and SD over subjects."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -60,12 +60,12 @@ def over_subjects(values: pd.Series) -> tuple[float, float]:
     return float(array.mean()), float(array.std(ddof=1)) if spread else float("nan")
 
 
-def condition_order(conditions: pd.Series) -> list[str]:
+def condition_order(conditions: Iterable[str]) -> list[str]:
     """Sort conditions: slow, normal, fast, abnormal, then the others by name.
 
     Parameters
     ----------
-    conditions : pandas.Series
+    conditions : iterable of str
         Names, repeated or not.
 
     Returns

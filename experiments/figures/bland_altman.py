@@ -1,0 +1,103 @@
+"""Bland-Altman plots per plane and speed: Tham et al. Fig. 7."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from experiments.evaluated import Evaluated
+from experiments.figures.canvas import panels, styled
+from experiments.method_labels import method_label
+from experiments.tables.subjects import condition_order
+from experiments.tables.table import shown
+from narx.agreement import LimitsOfAgreement, limits_of_agreement, repeated_limits_of_agreement
+from narx.segment_angles import AXES
+
+
+def _limits(errors: np.ndarray, subjects: np.ndarray) -> LimitsOfAgreement:
+    if len(np.unique(subjects)) > 1:
+        return repeated_limits_of_agreement(errors, subjects)
+    return limits_of_agreement(errors)
+
+
+def _draw(panel: Axes, means: np.ndarray, errors: np.ndarray, subjects: np.ndarray) -> None:
+    panel.hexbin(
+        means, errors, gridsize=(45, 30), bins="log", cmap="Greys", mincnt=1, linewidths=0.0,
+        vmin=0.3,
+    )  # fmt: skip
+    limits = _limits(errors, subjects)
+    for value, interval, colour, style in (
+        (limits.bias, limits.bias_interval, "#0099a8", ":"),
+        (limits.upper, limits.upper_interval, "#c8102e", "--"),
+        (limits.lower, limits.lower_interval, "#0060b0", "--"),
+    ):
+        panel.axhline(value, color=colour, linestyle=style, linewidth=1.3)
+        if limits.n_subjects != limits.n_samples and limits.n_subjects > 1:
+            panel.axhspan(*interval, color=colour, alpha=0.10, linewidth=0)
+        panel.annotate(
+            shown(value, 1),
+            (1.0, value),
+            xycoords=("axes fraction", "data"),
+            xytext=(2, 0),
+            textcoords="offset points",
+            va="center",
+            color=colour,
+            fontsize=7,
+            annotation_clip=False,
+        )
+
+
+@styled
+def bland_altman(
+    evaluated: Iterable[Evaluated], method: str = "narx", rate_hz: float = 20.0, title: str = ""
+) -> Figure:
+    """Draw error against mean angle, a row a plane and a column a condition.
+
+    Parameters
+    ----------
+    evaluated : iterable of Evaluated
+        The same joint or segment (both legs where there are two) of any subjects and conditions.
+    method : str
+        Whose error.
+    rate_hz : float
+        Samples a second that are drawn: the points of millions of samples do not differ from
+        these.
+    title : str
+        Above everything.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Density of points on a logarithmic scale; bias dotted, limits of agreement dashed, both
+        of repeated measures (`narx.agreement.repeated_limits_of_agreement`) with their 95 %
+        intervals shaded where there are two subjects or more.
+    """
+    pieces = [e.decimated(rate_hz) for e in evaluated if method in e.estimates_rad]
+    conditions = condition_order(piece.condition for piece in pieces)
+    figure, grid = panels(
+        len(AXES), max(len(conditions), 1), 2.35, 1.75, sharex="row", sharey="row"
+    )
+    for row, axis_name in enumerate(AXES):
+        for column, condition in enumerate(conditions):
+            here = [piece for piece in pieces if piece.condition == condition]
+            errors = np.concatenate([piece.error_deg(method)[:, row] for piece in here])
+            reference = np.concatenate([np.rad2deg(piece.reference_rad[:, row]) for piece in here])
+            subjects = np.concatenate([[piece.subject] * len(piece.time_s) for piece in here])
+            there = np.isfinite(errors)
+            panel = grid[row, column]
+            if there.sum() > 2:
+                # error is reference less estimate, so their mean is reference less half of it
+                means = reference - errors / 2.0
+                _draw(panel, means[there], errors[there], subjects[there])
+            else:
+                panel.text(0.5, 0.5, "not observed", transform=panel.transAxes, ha="center")
+                panel.grid(visible=False)
+                panel.tick_params(labelleft=False, labelbottom=False)
+            if row == 0:
+                panel.set_title(condition)
+            if row == len(AXES) - 1:
+                panel.set_xlabel("mean of reference and estimate (°)")
+        grid[row, 0].set_ylabel(f"{axis_name}\nreference - estimate (°)")
+    figure.suptitle(title or f"Agreement of {method_label(method)} with the reference")
+    return figure

@@ -1,0 +1,64 @@
+"""Is the predicted standard deviation right: observed against nominal coverage."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments.evaluated import Evaluated
+from experiments.figures.canvas import panels, styled
+from experiments.method_labels import method_colour, method_label, method_order
+from narx.segment_angles import AXES
+from narx.uncertainty import calibration, coverage_curve
+
+
+@styled
+def calibration_figure(
+    evaluated: Iterable[Evaluated], rate_hz: float = 20.0, title: str = ""
+) -> Figure:
+    """Draw the coverage of central bands of every width, a panel an axis.
+
+    Parameters
+    ----------
+    evaluated : iterable of Evaluated
+        Trials of one joint or segment; methods without a predicted standard deviation are left
+        out.
+    rate_hz : float
+        Samples a second that are used.
+    title : str
+        Above everything.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Calibrated is the diagonal; below it the prediction is too sure. The 68 and 95 % bands
+        are marked and written out.
+    """
+    trials = [trial.decimated(rate_hz) for trial in evaluated]
+    levels = np.linspace(0.01, 0.99, 99)
+    figure, grid = panels(1, len(AXES), 2.4, 2.3, sharex=True, sharey=True)
+    for axis, name in enumerate(AXES):
+        panel = grid[0, axis]
+        panel.plot([0, 1], [0, 1], color="0.5", linestyle="--", linewidth=0.8)
+        lines = []
+        for method in method_order(m for trial in trials for m in trial.std_rad):
+            mine = [trial for trial in trials if method in trial.std_rad]
+            error = np.concatenate([np.deg2rad(t.error_deg(method)[:, axis]) for t in mine])
+            std = np.concatenate([t.std_rad[method][:, axis] for t in mine])
+            found = calibration(error, std)
+            colour = method_colour(method)
+            panel.plot(levels, coverage_curve(error, std, levels), color=colour)
+            panel.plot(
+                [0.68, 0.95], [found.coverage_68, found.coverage_95], "o", color=colour, ms=4
+            )
+            lines.append(
+                f"{method_label(method)}: 68 → {100 * found.coverage_68:.0f} %, "
+                f"95 → {100 * found.coverage_95:.0f} %"
+            )
+        panel.text(0.98, 0.03, "\n".join(lines), ha="right", va="bottom", fontsize=7)
+        panel.set(title=name, xlabel="nominal coverage", xlim=(0, 1), ylim=(0, 1))
+        panel.set_aspect("equal")
+    grid[0, 0].set_ylabel("observed coverage")
+    if title:
+        figure.suptitle(title)
+    return figure

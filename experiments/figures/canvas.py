@@ -1,0 +1,134 @@
+"""What all figures share: a look, a canvas without global state, and a way onto disk."""
+
+import functools
+import os
+from collections.abc import Callable
+from typing import Any, Literal, ParamSpec
+
+import numpy as np
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from narx.files import atomic_path
+
+P = ParamSpec("P")
+
+# what the axes of the package mean for a person
+ANGLE_NAMES = (
+    "flexion (+) / extension",
+    "abduction (+) / adduction",
+    "internal (+) / external rot.",
+)
+REFERENCE_COLOUR = "#000000"
+
+_STYLE = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "axes.titleweight": "bold",
+    "axes.labelsize": 8.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.1,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "figure.titlesize": 9.5,
+    "figure.titleweight": "bold",
+}
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Draw with the common look, whatever the process has set elsewhere.
+
+    Parameters
+    ----------
+    draw : callable
+        Makes a figure.
+
+    Returns
+    -------
+    callable
+        The same, drawn in the common look.
+    """
+
+    @functools.wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with style.context(["default", _STYLE]):
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def panels(
+    rows: int, columns: int, width: float = 2.6, height: float = 1.9, **options: Any
+) -> tuple[Figure, NDArray[np.object_]]:
+    """Make a figure with a grid of axes, unknown to pyplot.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Grid.
+    width, height : float
+        Of one panel, inches.
+    **options
+        Passed on to `matplotlib.figure.Figure.subplots`.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+        With a canvas for pixels, as TensorBoard wants them.
+    axes : ndarray of matplotlib.axes.Axes, shape (rows, columns)
+        The grid.
+    """
+    figure = Figure(figsize=(columns * width + 0.6, rows * height + 0.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def legend_below(figure: Figure, axes: Axes) -> None:
+    """Put one legend for the whole figure below its panels, clear of the title above.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        With room below, which constrained layout makes.
+    axes : matplotlib.axes.Axes
+        Panel whose labelled lines are listed.
+    """
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
+
+
+def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:
+    """Make a scale logarithmic, with plain numbers 1, 2, 5, 10, ... beside it.
+
+    Parameters
+    ----------
+    panel : matplotlib.axes.Axes
+        Where.
+    which : {"x", "y"}
+        Which of its scales.
+    """
+    panel.set(**{f"{which}scale": "log"})
+    axis = panel.xaxis if which == "x" else panel.yaxis
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(lambda x, _: f"{x:g}" if f"{x:e}"[0] in "25" else "")
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure, the kind of file by its suffix.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Any figure.
+    path : path-like
+        Such as ``figures/spectrum.png``; it appears whole or not at all.
+    """
+    with atomic_path(path) as temporary:
+        figure.savefig(temporary, dpi=160)

@@ -1,0 +1,149 @@
+"""How errors run on: with the linear drift of Han et al. (Fig. 8), and block by block for hours."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments.evaluated import Evaluated
+from experiments.figures.canvas import legend_below, logarithmic, panels, styled
+from experiments.method_labels import method_colour, method_label, method_order
+from narx.drift import block_errors
+from narx.segment_angles import AXES
+
+
+@styled
+def linear_drift(
+    columns: Sequence[tuple[str, Evaluated]],
+    start_s: float,
+    stop_s: float,
+    methods: Sequence[str] = ("two_point", "gyro_integration"),
+    drifting: str = "gyro_integration",
+    title: str = "",
+) -> Figure:
+    """Draw errors over a walk with a straight line through one of them at its start and stop.
+
+    Parameters
+    ----------
+    columns : sequence of (str, Evaluated)
+        Title and segment, such as thigh and shank of one walk, standing included.
+    start_s, stop_s : float
+        Start A and stop B of walking.
+    methods : sequence of str
+        Whose errors.
+    drifting : str
+        Through whose error at A and B the line goes.
+    title : str
+        Above everything.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A row an axis; errors are drawn estimate minus reference as in print, the only place
+        where the sign is that way round, because the method subtracts them.
+    """
+    figure, grid = panels(len(AXES), len(columns), 3.2, 1.5, sharex="col")
+    for row, name in enumerate(AXES):
+        for column, (heading, piece) in enumerate(columns):
+            panel = grid[row, column]
+            for method in methods:
+                if method not in piece.estimates_rad:
+                    continue
+                error = np.rad2deg(piece.estimates_rad[method] - piece.reference_rad)[:, row]
+                panel.plot(
+                    piece.time_s, error, color=method_colour(method), label=method_label(method)
+                )
+                there = np.isfinite(error)
+                if method == drifting and there.any():
+                    ends = np.interp((start_s, stop_s), piece.time_s[there], error[there])
+                    panel.plot(
+                        (start_s, stop_s),
+                        ends,
+                        color="#007a33",
+                        linestyle=":",
+                        marker="o",
+                        markersize=3,
+                        linewidth=1.6,
+                        label="linear drift A to B",
+                    )
+            panel.axhline(0.0, color="0.4", linewidth=0.7)
+            for mark, letter in ((start_s, "A"), (stop_s, "B")):
+                panel.axvline(mark, color="0.5", linewidth=0.8, linestyle=":")
+                if row == 0:
+                    panel.annotate(
+                        letter,
+                        (mark, 1.0),
+                        xycoords=("data", "axes fraction"),
+                        xytext=(2, -8),
+                        textcoords="offset points",
+                        fontweight="bold",
+                    )
+            panel.margins(x=0)
+            if row == 0:
+                panel.set_title(heading)
+            if row == len(AXES) - 1:
+                panel.set_xlabel("time (s)")
+        grid[row, 0].set_ylabel(f"{name}\nestimate - reference (°)")
+    legend_below(figure, grid[0, 0])
+    if title:
+        figure.suptitle(title)
+    return figure
+
+
+@styled
+def error_over_time(
+    evaluated: Iterable[Evaluated],
+    methods: Sequence[str] | None = None,
+    block_s: float = 10.0,
+    title: str = "",
+) -> Figure:
+    """Draw the RMSE of successive blocks, a thin line a trial and a thick one their mean.
+
+    Parameters
+    ----------
+    evaluated : iterable of Evaluated
+        Long trials of one joint or segment.
+    methods : sequence of str, optional
+        Which; all by default.
+    block_s : float
+        Length of a block, s.
+    title : str
+        Above everything.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel an axis, RMSE on a logarithmic scale, time in minutes.
+    """
+    trials = list(evaluated)
+    if methods is None:
+        methods = method_order(m for trial in trials for m in trial.estimates_rad)
+    figure, grid = panels(1, len(AXES), 2.6, 2.2, sharey=True)
+    for axis, name in enumerate(AXES):
+        panel = grid[0, axis]
+        for method in methods:
+            curves = []
+            for trial in trials:
+                if method not in trial.estimates_rad:
+                    continue
+                error = np.deg2rad(trial.error_deg(method)[:, axis])
+                middle, value = block_errors(trial.time_s, error, block_s)
+                panel.plot(middle / 60, value, color=method_colour(method), alpha=0.2, lw=0.6)
+                curves.append(dict(zip(np.round(middle, 3), value, strict=True)))
+            times = sorted({moment for curve in curves for moment in curve})
+            mean = [np.mean([c[moment] for c in curves if moment in c]) for moment in times]
+            panel.plot(
+                np.array(times) / 60,
+                mean,
+                color=method_colour(method),
+                label=method_label(method),
+                linewidth=1.8,
+            )
+        logarithmic(panel, "y")
+        panel.set_title(name)
+        panel.set_xlabel("time (min)")
+    grid[0, 0].set_ylabel(f"RMSE of {block_s:g} s (°)")
+    legend_below(figure, grid[0, 0])
+    if title:
+        figure.suptitle(title)
+    return figure

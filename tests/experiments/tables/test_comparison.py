@@ -1,0 +1,54 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from experiments.evaluated import rows
+from experiments.results import results_table
+from experiments.tables.comparison import comparison, comparison_table, trial_table
+from experiments.tables.subjects import subject_means
+from narx.significance import bootstrap_mean, paired_test
+
+
+@pytest.fixture
+def results(make_study):
+    return results_table(row for e in make_study(subjects="ABCDE") for row in rows(e))
+
+
+def test_the_subject_is_the_unit(results):
+    frame = comparison(results).set_index(["segment", "axis", "method"])
+    here = results[results["segment"].str.startswith("knee") & (results["axis"] == "frontal")]
+    means = here.groupby(["method", "subject"])["rmse_deg"].mean().unstack("method")
+    row = frame.loc[("knee", "frontal", "pseudo_integrator")]
+    interval = bootstrap_mean(means["pseudo_integrator"])
+    np.testing.assert_allclose([row["mean"], row["low"]], [interval.mean, interval.low])
+    assert (row["n"], row["n_trials"]) == (5, 15)
+    test = paired_test(means["pseudo_integrator"], means["narx"])
+    np.testing.assert_allclose([row["difference"], row["p"]], [test.difference, test.p_permutation])
+    assert row["smallest_p"] == 0.0625
+    assert np.isnan(frame.loc[("knee", "frontal", "narx"), "p"])
+    assert frame.loc[("knee", "transverse", "complementary_filter"), "n"] == 0
+
+
+def test_same_names_in_two_datasets_are_two_people(results):
+    two = pd.concat([results, results.assign(dataset="broad")])
+    means = subject_means(two, ("segment", "axis", "method"))
+    assert means["subject"].nunique() == 10
+
+
+@pytest.mark.parametrize("quantity", ["rmse_deg", "precision_deg", "r"])
+def test_printed(results, quantity):
+    text = comparison_table(results, quantity).to_markdown()
+    assert "no p below 0.062" in text
+    assert "less NARX" in text
+    line = next(x for x in text.splitlines() if "transverse" in x)
+    assert "CF" in line
+    assert "–" in line
+
+
+def test_every_trial(results):
+    frame = trial_table(results[results["segment"] == "knee_left"]).frame
+    assert len(frame) == 3 * (15 + 1)
+    sagittal = frame.reset_index().iloc[:16].set_index("Trial")
+    assert set(sagittal["Axis"]) == {"sagittal"}
+    np.testing.assert_allclose(sagittal["NARX"].iloc[-1], sagittal["NARX"].iloc[:-1].mean())
+    assert sagittal.index[:3].tolist() == ["A slow 1", "A normal 1", "A fast 1"]

@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from experiments.evaluated import rows
+from experiments.results import results_table
+from experiments.tables.han import han_tables
+from narx.errors import UserError
+
+
+@pytest.fixture
+def results(make_study):
+    study = make_study(
+        conditions=("normal", "abnormal"), methods=("two_point", "gyro_integration", "narx")
+    )
+    return results_table(row for e in study for row in rows(e))
+
+
+def test_rows_and_columns_of_print(results):
+    tables = han_tables(results)
+    assert [table.title.split(".")[0] for table in tables[:2]] == ["Table I", "Table II"]
+    assert len(tables) == 3
+    for table in tables:
+        frame = table.frame.reset_index()
+        ours = frame[frame["Figures"] == "this run"]
+        assert ours["Walking"].tolist() == ["Normal", "Abnormal", "Overall"] * 2
+        assert len(table.frame.columns) == 6
+    assert len(tables[0].frame) == 12
+    assert len(tables[2].frame) == 6
+
+
+def test_figures_by_hand(results):
+    frame = han_tables(results)[1].frame
+    chosen = results[
+        (results["method"] == "gyro_integration")
+        & (results["condition"] == "abnormal")
+        & results["segment"].str.startswith("shank")
+        & (results["axis"] == "frontal")
+    ]
+    value = frame.loc[("RMSE (°)", "Abnormal", "this run"), "Add/Abd shank"]
+    np.testing.assert_allclose(value, chosen["rmse_deg"].mean())
+    assert frame.loc[("RMSE (°)", "Abnormal", "paper"), "Add/Abd shank"] == 36.09
+    overall = frame.loc[("CORR", "Overall", "this run")]
+    parts = [frame.loc[("CORR", walk, "this run")] for walk in ("Normal", "Abnormal")]
+    np.testing.assert_allclose(overall.astype(float), sum(p.astype(float) for p in parts) / 2)
+
+
+def test_without_thigh_and_shank_it_says_so(results):
+    with pytest.raises(UserError, match="results hold knee_left, expected one of these"):
+        han_tables(results[results["segment"] == "knee_left"])
