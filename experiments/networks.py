@@ -1,6 +1,5 @@
 """Train the network of a fold, as the configuration says."""
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -140,7 +139,7 @@ def train(
         model,
         start_up,
         cfg.model.axis_scaling,
-        _error_std(unfinished, sources, fold, cfg.training.skip_s),
+        _error_std(unfinished, sources, fold, cfg),
         history,
     )
 
@@ -206,30 +205,22 @@ def _untrained(cfg: DictConfig, training: Sequence[TrainingSequence]) -> Narx:
 
 
 def _error_std(
-    network: Checkpoint, sources: Mapping[str, TrialSource], fold: Fold, skip_s: float
+    network: Checkpoint, sources: Mapping[str, TrialSource], fold: Fold, cfg: DictConfig
 ) -> tuple[float, float, float] | None:
-    """Spread of the whole method's error over the trials trained on, where a reference exists."""
+    # root mean square error of the whole method on the trials trained on, where there is a
+    # reference: what the standard deviation of an estimate is taken to be
     method = network.method()
-    squares: list[FloatArray] = []
+    total, count = np.zeros(3), np.zeros(3)
     for part in {part.key: part for part in fold.training}.values():
         trial = load(sources, part)
-        for segment in calibrate(trial).values():
+        keep = trial.time_s - trial.time_s[0] >= cfg.training.skip_s
+        for segment in calibrate(trial, cfg.calibration).values():
             if segment.reference_angles_rad is None:
                 continue
-            error = segment.reference_angles_rad - method.estimate(segment.signals)
-            since_start_s = trial.time_s - trial.time_s[0]
-            error = error[since_start_s >= skip_s]
-            there = np.isfinite(error).any(axis=0)
-            squares.append(np.where(there, _nan_variance(error), np.nan))
-    if not squares:
+            error = (segment.reference_angles_rad - method.estimate(segment.signals))[keep]
+            total += np.nansum(error**2, axis=0)
+            count += np.isfinite(error).sum(axis=0)
+    if not count.any():
         return None
-    mean = [
-        float(np.sqrt(np.nanmean(column))) if np.isfinite(column).any() else math.nan
-        for column in np.array(squares).T
-    ]
-    return mean[0], mean[1], mean[2]
-
-
-def _nan_variance(error: FloatArray) -> FloatArray:
-    filled = np.where(np.isfinite(error).any(axis=0), error, 0.0)
-    return np.asarray(np.nanvar(filled, axis=0))
+    rms = np.sqrt(np.divide(total, count, out=np.full(3, np.nan), where=count > 0))
+    return float(rms[0]), float(rms[1]), float(rms[2])

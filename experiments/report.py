@@ -20,6 +20,7 @@ from experiments.figures.spectrum import spectrum
 from experiments.figures.training import training_figure
 from experiments.figures.waveforms import first_and_last_minute, waveforms
 from experiments.tables.comparison import comparison_table
+from experiments.tables.quality import coverage_table, drift_table
 from experiments.tables.table import Table, as_markdown
 from experiments.tables.tham import interval_table, tham_tables
 from experiments.tensorboard_log import TensorBoardLog
@@ -98,6 +99,11 @@ def write_report(
     against = "narx" if "narx" in cfg.methods else str(cfg.methods[0])
     for quantity in ("precision_deg", "rmse_deg"):
         tables.append(comparison_table(results, quantity, against, cfg.seed))
+    tables += [
+        table
+        for table in (drift_table(evaluated, cfg.methods), coverage_table(evaluated))
+        if table is not None
+    ]
     text = "\n\n".join(
         [
             f"# {', '.join(sorted(set(results['dataset'])))}: "

@@ -95,9 +95,7 @@ class NarxMethod(OrientationMethod):
             # an axis that hardly moves must not be blown up into noise
             rms = np.maximum(np.sqrt(np.mean(rates_rad_s**2, axis=0)), 1e-3)
             relative = torch.from_numpy(rms / model.normalisation.rate_rms_rad_s)
-        n_start = min(
-            round(self.start_up.duration_s * model.sampling_rate_hz), len(rates_rad_s)
-        )
+        n_start = min(round(self.start_up.duration_s * model.sampling_rate_hz), len(rates_rad_s))
         begun = self.start_up.begin(initial_angles_rad)
         first = self.start_up.run(
             rates_rad_s[:n_start], 1.0 / model.sampling_rate_hz, begun, model.coupled
@@ -117,7 +115,8 @@ class NarxMethod(OrientationMethod):
     ) -> tuple[torch.Tensor | None, torch.Tensor]:
         if begun is None:
             return None, torch.zeros(3, dtype=torch.float64)
-        posture, *followed = map(torch.from_numpy, StartUp.hand_over(begun))
+        interval_s = 1.0 / self.model.sampling_rate_hz
+        posture, *followed = map(torch.from_numpy, StartUp.hand_over(begun, interval_s))
         if relative is not None:
             followed = [part / relative for part in followed]
         return self.model.initial_state(*followed), posture

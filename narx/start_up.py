@@ -1,11 +1,12 @@
-"""The first half minute: find the posture about which the network then works.
+"""The first seconds: find the posture about which the network then works.
 
 A gyroscope does not know where zero is, and a network that leaks towards zero forgets the mean
 angle of a walk (a knee is bent by some 20 degrees on average). What is known at the start decides:
 
 - The start pose is known (standing in the calibration posture). The rates are integrated, which
-  for half a minute drifts little, and a slow low-pass of the integral becomes the posture. From
-  then on the network works on the deviation from it.
+  for that long drifts little, and a slow low-pass of the integral, averaged over its last
+  seconds so that no part of a stride is frozen in it, becomes the posture. From then on the
+  network works on the deviation from it.
 - The start pose is unknown. The integral leaks towards zero, strongly at first and less and less
   (the gain of a growing memory), and the posture is zero.
 
@@ -37,12 +38,15 @@ class StartUp:
         At time t the leak is larger by ``settling_gain / (t + settling_s)``.
     settling_s : float
         See `settling_gain`, s.
+    averaging_s : float
+        End of the start-up over which the posture is averaged, s.
     """
 
-    duration_s: float = 30.0
+    duration_s: float = 40.0
     leak_rad_s: float = 0.1
     settling_gain: float = 2.0
     settling_s: float = 0.5
+    averaging_s: float = 10.0
 
     def begin(self, initial_angles_rad: FloatArray | None) -> FloatArray:
         """State before the first sample.
@@ -54,14 +58,14 @@ class StartUp:
 
         Returns
         -------
-        ndarray, shape (14,)
-            Integral (3), deviation (3), previous coupled rates (3), previous deviation (3), time
-            in s, and 1 where the start is known.
+        ndarray, shape (15,)
+            Angles (3), leaky angles (3), latest coupled rates (3), sum of postures (3), samples
+            in that sum, time in s, and 1 where the start is known.
         """
-        state = np.zeros(14)
+        state = np.zeros(15)
         if initial_angles_rad is not None:
             state[0:3] = initial_angles_rad
-            state[13] = 1.0
+            state[14] = 1.0
         return state
 
     def run(
@@ -79,7 +83,7 @@ class StartUp:
             Gyroscope about the clinical axes, rad/s.
         interval_s : float
             Sampling interval, s.
-        state : ndarray, shape (14,)
+        state : ndarray, shape (15,)
             From `begin` or an earlier piece; changed in place.
         coupled : bool
             As the network that takes over.
@@ -95,42 +99,50 @@ class StartUp:
             self.leak_rad_s,
             self.settling_gain,
             self.settling_s,
+            self.duration_s - self.averaging_s,
             coupled,
             state,
         )
 
     @staticmethod
-    def hand_over(state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def hand_over(
+        state: FloatArray, interval_s: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Split the state for the network that takes over.
 
         Parameters
         ----------
-        state : ndarray, shape (14,)
+        state : ndarray, shape (15,)
             After the last sample of the start-up.
+        interval_s : float
+            Sampling interval, s.
 
         Returns
         -------
-        posture, deviation, previous_deviation, previous_rates : ndarray, shape (3,)
+        posture, deviation, previous_deviation, rates : ndarray, shape (3,)
             Angle about which the network swings, its last two outputs and its last input, in
             rad and rad/s.
         """
-        deviation = state[3:6].copy()
-        posture = state[0:3] - deviation if state[13] else np.zeros(3)
-        return posture, deviation, state[9:12].copy(), state[6:9].copy()
+        posture = np.zeros(3)
+        if state[14] and state[12]:
+            posture = state[9:12] / state[12]
+        deviation, rates = state[0:3] - posture, state[6:9].copy()
+        return posture, deviation, deviation - interval_s * rates, rates
 
 
 @numba.njit(cache=True, nogil=True)
-def _run(rates, interval, leak, gain, settling, coupled, state):  # type: ignore[no-untyped-def]
+def _run(  # type: ignore[no-untyped-def]
+    rates, interval, leak, gain, settling, averaging_from, coupled, state
+):
     angles = np.empty((len(rates), 3))
-    known = state[13] > 0.0
+    known = state[14] > 0.0
     rate, tilt = np.empty(3), np.empty(3)
     for k in range(len(rates)):
         if coupled:
             # extrapolated to the time of the sample: with the tilt of the sample before, the
             # lag would add up to degrees per minute
             for axis in range(3):
-                latest = state[axis] if known else state[3 + axis]
-                tilt[axis] = latest + interval * state[6 + axis]
+                tilt[axis] = state[axis] + interval * state[6 + axis]
             sin_s, cos_s = np.sin(tilt[0]), np.cos(tilt[0])
             sin_f, cos_f = np.sin(tilt[1]), np.cos(tilt[1])
             if abs(cos_f) < SMALLEST_COS_FRONTAL:
@@ -140,13 +152,16 @@ def _run(rates, interval, leak, gain, settling, coupled, state):  # type: ignore
             rate[0] = rates[k, 0] - sin_f * rate[2]
         else:
             rate[:] = rates[k]
-        state[12] += interval
-        damping = 1.0 + interval * (leak + gain / (state[12] + settling))
+        state[13] += interval
+        damping = 1.0 + interval * (leak + gain / (state[13] + settling))
         for axis in range(3):
             step = 0.5 * interval * (rate[axis] + state[6 + axis])
-            state[axis] += step
-            state[9 + axis] = state[3 + axis]
             state[3 + axis] = (state[3 + axis] + step) / damping
+            state[axis] = state[axis] + step if known else state[3 + axis]
             state[6 + axis] = rate[axis]
-            angles[k, axis] = state[axis] if known else state[3 + axis]
+            if state[13] > averaging_from:
+                state[9 + axis] += state[axis] - state[3 + axis]
+            angles[k, axis] = state[axis]
+        if state[13] > averaging_from:
+            state[12] += 1.0
     return angles

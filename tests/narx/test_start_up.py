@@ -49,12 +49,10 @@ def test_posture_is_the_mean_angle_and_nothing_jumps():
     start_up = StartUp(duration_s=60.0)
     state = start_up.begin(angles[0])
     estimate = start_up.run(rates, 1 / RATE_HZ, state)
-    posture, deviation, previous, last_rates = start_up.hand_over(state)
+    posture, deviation, previous, last_rates = start_up.hand_over(state, 1 / RATE_HZ)
     np.testing.assert_allclose(posture + deviation, estimate[-1], atol=1e-12)
     np.testing.assert_allclose(posture[:2], [0.1, 0.05], atol=np.deg2rad(1.0))
-    np.testing.assert_allclose(
-        deviation - previous, last_rates / RATE_HZ, atol=np.deg2rad(0.05)
-    )
+    np.testing.assert_allclose(deviation - previous, last_rates / RATE_HZ, atol=np.deg2rad(0.05))
 
 
 def test_unknown_start_forgets_where_it_began():
@@ -65,7 +63,7 @@ def test_unknown_start_forgets_where_it_began():
     estimate = start_up.run(rates, 1 / RATE_HZ, state)
     assert np.abs(estimate[len(still)]).max() > np.deg2rad(4.0)
     assert np.abs(estimate[-1]).max() < np.deg2rad(0.5)
-    posture, *_ = start_up.hand_over(state)
+    posture, *_ = start_up.hand_over(state, 1 / RATE_HZ)
     assert not posture.any()
 
 
