@@ -13,6 +13,40 @@ from torch import Tensor, nn
 SMALLEST_COS_FRONTAL = 0.1
 
 
+def coupled_rates(
+    axis_rates: Tensor, angles: Tensor, smallest_cos_frontal: float = SMALLEST_COS_FRONTAL
+) -> Tensor:
+    """Turn gyroscope rates into the rates of change of the three angles.
+
+    Parameters
+    ----------
+    axis_rates : Tensor, shape (..., 3)
+        Gyroscope about the clinical axes, rad/s.
+    angles : Tensor, shape (..., 3)
+        Sagittal, frontal, transverse, rad.
+    smallest_cos_frontal : float
+        The cosine of the frontal angle is held off zero by this much.
+
+    Returns
+    -------
+    Tensor, shape (..., 3)
+        As `narx.segment_angles.coupled_rates`, but finite everywhere.
+    """
+    sin_s, cos_s = torch.sin(angles[..., 0]), torch.cos(angles[..., 0])
+    sin_f, cos_f = torch.sin(angles[..., 1]), torch.cos(angles[..., 1])
+    sign = 1.0 - 2.0 * (cos_f < 0.0).to(cos_f.dtype)
+    limited = sign * torch.clamp(torch.abs(cos_f), min=smallest_cos_frontal)
+    heading = (axis_rates[..., 2] * cos_s - axis_rates[..., 1] * sin_s) / limited
+    return torch.stack(
+        [
+            axis_rates[..., 0] - sin_f * heading,
+            axis_rates[..., 1] * cos_s + axis_rates[..., 2] * sin_s,
+            heading,
+        ],
+        dim=-1,
+    )
+
+
 class NarxCell(nn.Module):
     """Three recurrences with shared weights, fed with each axis' own or the coupled rate.
 
@@ -56,9 +90,7 @@ class NarxCell(nn.Module):
         self.register_buffer("angle_offset", angle_offset)
         self.register_buffer("angle_scale", angle_scale)
 
-    def forward(
-        self, axis_rates: Tensor, state: Tensor, posture: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    def forward(self, axis_rates: Tensor, state: Tensor, posture: Tensor) -> tuple[Tensor, Tensor]:
         """Advance by one sample.
 
         Parameters
@@ -87,22 +119,7 @@ class NarxCell(nn.Module):
             if self.output_lags > 1:
                 output = 2.0 * output - state[..., past + 1]
             angles = output * self.angle_scale + offset
-            sin_s, cos_s = torch.sin(angles[..., 0]), torch.cos(angles[..., 0])
-            sin_f, cos_f = torch.sin(angles[..., 1]), torch.cos(angles[..., 1])
-            limited = torch.where(
-                torch.abs(cos_f) < SMALLEST_COS_FRONTAL,
-                torch.where(cos_f < 0, -SMALLEST_COS_FRONTAL, SMALLEST_COS_FRONTAL),
-                cos_f,
-            )
-            heading = (axis_rates[..., 2] * cos_s - axis_rates[..., 1] * sin_s) / limited
-            rates = torch.stack(
-                [
-                    axis_rates[..., 0] - sin_f * heading,
-                    axis_rates[..., 1] * cos_s + axis_rates[..., 2] * sin_s,
-                    heading,
-                ],
-                dim=-1,
-            )
+            rates = coupled_rates(axis_rates, angles)
         rate = ((rates - self.rate_offset) / self.rate_scale).unsqueeze(-1)
         features = torch.cat([rate, state], dim=-1)
         n_features = self.input_lags + self.output_lags
