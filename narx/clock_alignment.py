@@ -20,6 +20,8 @@ FloatArray = NDArray[np.float64]
 # an interval whose two rates differ this many times more than the median one is a tracking fault
 _OUTLIER_FACTOR = 5.0
 _MIN_INTERVALS = 20
+# below this the two did not see the same motion
+_MIN_CORRELATION = 0.5
 # samples further apart than this many usual intervals have a gap between them
 _GAP_FACTOR = 3.5
 
@@ -143,8 +145,8 @@ def estimate_clock_offset(
     Raises
     ------
     RecordingError
-        If either is too short, or nothing moves, or the best offset lies at the end of the
-        range.
+        If either is too short, or the best correlation is below 0.5 or lies at the end of the
+        range: then the two did not see the same motion.
 
     Notes
     -----
@@ -156,7 +158,7 @@ def estimate_clock_offset(
     lags = np.arange(-np.ceil(max_offset_s / step), np.ceil(max_offset_s / step) + 1) * step
     correlations = [rates.speed_correlation(lag) for lag in lags]
     best = int(np.argmax(correlations))
-    if correlations[best] <= 0.0 or best in (0, len(lags) - 1):
+    if correlations[best] < _MIN_CORRELATION or best in (0, len(lags) - 1):
         raise RecordingError(
             f"clock alignment: no offset within {max_offset_s:g} s makes the angular speeds of "
             f"sensor and reference agree (best correlation {correlations[best]:.2f} at "
