@@ -19,6 +19,7 @@ from narx.simulation.gait_timing import GaitTiming, overground_timing, treadmill
 from narx.simulation.inertial import angular_rate, specific_force
 from narx.simulation.markers import track
 from narx.simulation.random_numbers import stream
+from narx.simulation.rotations import compose
 from narx.simulation.sensor import measure, sensor_model
 from narx.simulation.session import Session, draw_session
 from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move
@@ -304,8 +305,8 @@ class SimulatedGait(TrialSource):
     ) -> Rotation:
         skin = motion.orientations[segment]
         if not self.ideal:
-            skin = skin * session.tissues[segment].rotation(motion)
-        return skin * session.mountings[segment].orientation
+            skin = compose(skin, session.tissues[segment].rotation(motion))
+        return compose(skin, session.mountings[segment].orientation)
 
     def _record(
         self,

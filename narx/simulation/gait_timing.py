@@ -41,9 +41,8 @@ class GaitTiming:
     events : dict of str to ndarray
         Times of ``heel_strike_right``, ``heel_strike_left``, ``toe_off_right``,
         ``toe_off_left``, s.
-    variation : scipy.interpolate.BSpline
-        Stride-to-stride variation as a function of phase, unit variance; values of shape
-        (..., channels).
+    strides : scipy.interpolate.BSpline
+        Stride-to-stride variation as a function of phase, unit variance, one column a channel.
     """
 
     phase_of_time: BSpline
@@ -52,7 +51,7 @@ class GaitTiming:
     rise_s: float
     fall_s: float
     events: dict[str, FloatArray]
-    variation: BSpline
+    strides: BSpline
 
     def size(self, time_s: FloatArray) -> FloatArray:
         """Size of the movement.
@@ -69,6 +68,24 @@ class GaitTiming:
         """
         rise = smooth_step((time_s - self.start_s) / self.rise_s)
         return rise * smooth_step((self.end_s - time_s) / self.fall_s)
+
+    def variation(self, phase: FloatArray, channels: slice) -> FloatArray:
+        """Stride-to-stride variation.
+
+        Parameters
+        ----------
+        phase : ndarray, shape (N,)
+            Phase of the leg.
+        channels : slice
+            Which of the independent sequences.
+
+        Returns
+        -------
+        ndarray, shape (N, n)
+            Unit variance, smooth.
+        """
+        chosen = np.ascontiguousarray(self.strides.c[:, channels])
+        return np.asarray(BSpline(self.strides.t, chosen, self.strides.k)(phase))
 
 
 def treadmill_timing(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from narx.simulation.rotations import compose
 from narx.simulation.skeleton import SkeletonMotion
 from narx.simulation.soft_tissue import MARKER_GAIN, SoftTissue, draw_soft_tissue
 
@@ -81,10 +82,12 @@ def track(
         calibration posture; rows of NaN where markers are hidden.
     """
     time = motion.time_s[keep]
-    seen = motion.orientations[segment][keep] * markers.tissue.rotation(motion)[keep]
     noise = Rotation.from_rotvec(np.radians(NOISE_SD_DEG) * rng.standard_normal((len(time), 3)))
-    # both frames are aligned with the global one in the calibration posture
-    tracked = markers.frame.inv() * seen * markers.frame * noise
+    tissue = markers.tissue.rotation(motion)[keep]
+    # in the calibration posture both frames stand for no rotation
+    tracked = compose(
+        markers.frame.inv(), motion.orientations[segment][keep], tissue, markers.frame, noise
+    )
     quaternion = np.asarray(tracked.as_quat(scalar_first=True))
     length = time[-1] - time[0]
     n_gaps = rng.poisson(GAPS_PER_MINUTE * length / 60.0)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from narx.segment_angles import mirror_quaternion
 from narx.simulation.body import Body
 from narx.simulation.calculus import derivative, second_derivative, smooth_step
+from narx.simulation.rotations import compose, from_angles
 
 FloatArray = NDArray[np.float64]
 
@@ -44,24 +44,22 @@ def segment_orientations(joint_angles: dict[str, FloatArray]) -> dict[str, Rotat
     dict of str to scipy.spatial.transform.Rotation
         From the anatomical frame to the global frame, for each of `SEGMENTS`.
     """
-    pelvis = Rotation.from_euler("ZXY", joint_angles["pelvis"][:, ::-1])
+    pelvis = from_angles("ZXY", joint_angles["pelvis"][:, ::-1])
     orientations = {"pelvis": pelvis}
     for side in SIDES:
-        thigh = pelvis * _joint_rotation(joint_angles[f"hip_{side}"], -1.0, side)
+        thigh = compose(pelvis, _joint_rotation(joint_angles[f"hip_{side}"], -1.0, side))
         orientations[f"thigh_{side}"] = thigh
-        orientations[f"shank_{side}"] = thigh * _joint_rotation(
-            joint_angles[f"knee_{side}"], 1.0, side
+        orientations[f"shank_{side}"] = compose(
+            thigh, _joint_rotation(joint_angles[f"knee_{side}"], 1.0, side)
         )
     return orientations
 
 
 def _joint_rotation(angles: FloatArray, flexion_sign: float, side: str) -> Rotation:
     """Distal relative to proximal segment; flexion turns the hip about -y and the knee about y."""
-    rotation = Rotation.from_euler("YXZ", angles * [flexion_sign, -1.0, 1.0])
-    if side == "right":
-        return rotation
-    mirrored = mirror_quaternion(rotation.as_quat(scalar_first=True))
-    return Rotation.from_quat(mirrored, scalar_first=True)
+    # the mirror image turns the other way about x and z
+    mirror = -1.0 if side == "left" else 1.0
+    return from_angles("YXZ", angles * [flexion_sign, -mirror, mirror])
 
 
 def joint_centres(orientations: dict[str, Rotation], body: Body) -> dict[str, FloatArray]:

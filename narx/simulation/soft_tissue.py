@@ -67,7 +67,7 @@ class SoftTissue:
         """
         vector = np.zeros((len(motion.time_s), 3))
         for joint, gain in self.gains.items():
-            vector += motion.joint_angles[joint] @ gain.T
+            vector += np.einsum("nj,ij->ni", motion.joint_angles[joint], gain)
         if self.segment in motion.impact_m:
             vector += motion.impact_m[self.segment][:, 2:] * self.wobble_axis
         return Rotation.from_rotvec(vector)

@@ -71,9 +71,7 @@ def walk(
     sway = smooth_noise(rng, time_s[0], time_s[-1], SWAY_BANDWIDTH_HZ, 3 * len(JOINTS))(time_s)
     for k, joint in enumerate(JOINTS):
         angles = joint_angles[joint]
-        leg_phase = pattern.leg_phase(joint, phase)
-        channels = slice(6 * k, 6 * k + 6)
-        variation = timing.variation(leg_phase)[:, channels]
+        variation = timing.variation(pattern.leg_phase(joint, phase), slice(6 * k, 6 * k + 6))
         mean = pattern.curves[joint][:, 0].real
         angles -= mean
         angles *= 1.0 + SIZE_CV * variation[:, :3]
