@@ -56,13 +56,13 @@ def bootstrap_mean(
 
     Notes
     -----
-    Plain percentile (and BCa) intervals of five subjects cover 82-83 % where they say 95 %,
+    Plain percentile (and BCa) intervals of five subjects cover 83 % where they say 95 %,
     because resampling knows neither that the spread is estimated nor that it is estimated too
     small. The percentiles are therefore moved outwards so that they would be right for normal
     values, with the t instead of the normal quantile and ``n / (n - 1)`` on the variance
     (T. C. Hesterberg, The American Statistician 69 (2015) 371-386): five normal subjects then
-    cover 89 %, ten 93 %. With two or three subjects the interval ends at the smallest and the
-    largest value, beyond which no bootstrap sees, and covers 47 and 74 %.
+    cover 92 %, ten 95 %. With two or three subjects the interval ends at the smallest and the
+    largest value, beyond which no bootstrap sees, and covers 48 and 75 %.
     """
     value = np.asarray(values, dtype=float).ravel()
     value = value[~np.isnan(value)]
