@@ -11,8 +11,10 @@ and given relative to quiet standing, since that is the calibration posture here
 - the knee's frontal and transverse planes: Lafortune et al., J Biomech 25:347-357, 1992
   (bone pins).
 
-They are shapes to walk with, not data to cite: the individual walker departs from them
-(`narx.simulation.walker`) by more than the reading error.
+They are shapes to walk with, not data to cite. Curves of different people and laboratories do
+not fit one another exactly: the hip's flexion and adduction and the knee's flexion were bent by
+at most 1.5 degrees until the feet carry the pelvis as evenly as people's feet do, and the
+individual walker departs from them by more than that (`narx.simulation.walker`).
 """
 
 import numpy as np
@@ -31,14 +33,14 @@ TABLE_TOE_OFF = 0.63
 CIRCUMDUCTION_DEG = 14.0
 
 # degrees at 0, 5, ..., 95 % of the stride
-_HIP_FLEXION = [25, 24.5, 22.5, 19, 14.5, 9.5, 5, 0.5, -4.5, -9,
-                -12.5, -12, -7.5, 1, 9.5, 17, 22.5, 26, 27, 26]  # fmt: skip
-_HIP_ADDUCTION = [1, 3, 5, 6.3, 6.3, 5.6, 5, 4.6, 4.2, 3.2,
-                  1, -2.5, -5.5, -6, -5, -3.5, -2.2, -1.2, -0.6, 0]  # fmt: skip
+_HIP_FLEXION = [25.3, 24.9, 22.7, 18.8, 14.1, 8.9, 4, -0.6, -5.2, -8.8,
+                -11.5, -11.3, -7.5, 0.9, 9.4, 16.9, 22.5, 26, 27, 26.1]  # fmt: skip
+_HIP_ADDUCTION = [0.4, 1.5, 3.5, 5.7, 6.4, 6.2, 5.9, 5.2, 4.4, 3,
+                  0.8, -1.7, -4.4, -5.6, -4.9, -3.4, -2.3, -1.2, -0.6, 0]  # fmt: skip
 _HIP_ROTATION = [-2, -1, 1, 2.2, 3, 3.4, 3.5, 3.5, 3.4, 3,
                  2, 0, -2.5, -4, -4.2, -3.6, -2.8, -2.2, -2.2, -2.4]  # fmt: skip
-_KNEE_FLEXION = [5, 11, 16.5, 18, 16.5, 13, 9.5, 6.5, 5, 5.8,
-                 9.5, 17.5, 31.5, 48, 58.5, 60.5, 53.5, 38, 20, 7]  # fmt: skip
+_KNEE_FLEXION = [4.6, 10.5, 16.3, 18.4, 17, 13.4, 9.9, 7.1, 5.5, 5.8,
+                 9, 17, 31.3, 48, 58.5, 60.5, 53.5, 38, 20, 7]  # fmt: skip
 _KNEE_ABDUCTION = [0, 0, 0.2, 0.3, 0.2, 0.1, 0, 0, 0, 0.2,
                    0.6, 1.4, 2.8, 4.2, 5.1, 5.2, 4.2, 2.6, 1.1, 0.2]  # fmt: skip
 _KNEE_ROTATION = [-1, 1, 3, 4, 4.2, 3.8, 3.2, 2.8, 2.6, 2.8,

@@ -28,6 +28,11 @@ GRAVITY_UP = np.array([0.0, 0.0, 1.0])
 # in standing (Winter, Gait & Posture 3:193, 1995)
 ROLL_RADIUS_PER_LEG = 0.3
 PRESSURE_CENTRE_PER_LEG = 0.05
+# when the leading foot takes over, in parts of double support. Level: early, since the trailing
+# one soon turns on its toes. Vertical: from before heel strike on, when push-off begins to turn
+# the fall of the body, until toe-off.
+LEVEL_HANDOVER = (0.1, 0.8)
+VERTICAL_HANDOVER = (-0.3, 1.0)
 
 
 def segment_orientations(joint_angles: dict[str, FloatArray]) -> dict[str, Rotation]:
@@ -89,7 +94,9 @@ def joint_centres(orientations: dict[str, Rotation], body: Body) -> dict[str, Fl
     return centres
 
 
-def stance_share(phase: FloatArray, toe_off: float, left_lag: float) -> FloatArray:
+def stance_share(
+    phase: FloatArray, toe_off: float, left_lag: float, window: tuple[float, float] = (0.0, 1.0)
+) -> FloatArray:
     """Share of the body that the right foot carries.
 
     Parameters
@@ -100,18 +107,21 @@ def stance_share(phase: FloatArray, toe_off: float, left_lag: float) -> FloatArr
         Phase of the leg at which its foot leaves the ground.
     left_lag : float
         Phase of the right leg at which the left heel strikes.
+    window : tuple of (float, float), optional
+        Part of double support, from heel strike (0) to the other foot's toe-off (1), in which
+        the body is handed over.
 
     Returns
     -------
     ndarray
-        1 in right, 0 in left single stance, smooth between heel strike of one foot and toe-off
-        of the other.
+        1 in right, 0 in left single stance, smooth between.
     """
-    # double support begins at heel strike and lasts until the other foot's toe-off
-    right = np.mod(phase, 1.0)
-    loading = smooth_step(right / (toe_off + left_lag - 1.0))
-    unloading = smooth_step((right - left_lag) / (toe_off - left_lag))
-    return loading - unloading
+    begin, length = window[0], window[1] - window[0]
+    # the stride is cut in right swing, where nothing is handed over
+    right = np.mod(phase + 0.25, 1.0) - 0.25
+    to_right = (right / (toe_off + left_lag - 1.0) - begin) / length
+    to_left = ((right - left_lag) / (toe_off - left_lag) - begin) / length
+    return smooth_step(to_right) - smooth_step(to_left)
 
 
 def forward_velocity(
@@ -145,16 +155,18 @@ def forward_velocity(
     Notes
     -----
     The centre of a rolling arc moves forwards by radius times pitch rate and neither sideways
-    nor up. During double support the two feet's demands are blended by `stance_share`.
+    nor up. About double support the two feet's demands are blended by `stance_share`.
     """
     orientations = segment_orientations(joint_angles)
     centres = joint_centres(orientations, body)
-    share = stance_share(phase, toe_off, left_lag)
-    velocity = np.zeros((len(phase), 3))
-    for side, weight in zip(SIDES, (share, 1.0 - share), strict=True):
-        velocity += weight[:, None] * _velocity_from_foot(
-            orientations[f"shank_{side}"], centres[f"ankle_{side}"], body, rate_hz
-        )
+    demands = [
+        _velocity_from_foot(orientations[f"shank_{side}"], centres[f"ankle_{side}"], body, rate_hz)
+        for side in SIDES
+    ]
+    velocity = demands[1]
+    for columns, window in ((slice(0, 2), LEVEL_HANDOVER), (slice(2, 3), VERTICAL_HANDOVER)):
+        share = stance_share(phase, toe_off, left_lag, window)[:, None]
+        velocity[:, columns] += share * (demands[0] - demands[1])[:, columns]
     return velocity
 
 
