@@ -75,7 +75,9 @@ def download(name: str, *, missing: Path | None = None) -> Path:
     return folder
 
 
-def checked_sources(name: str, folder: Path, files: Iterable[Path]) -> dict[str, str]:
+def checked_sources(
+    name: str, folder: Path, files: Iterable[Path], *, own: Iterable[Path] = ()
+) -> dict[str, str]:
     """Compute the SHA-256 of files, and refuse a published one that is not as published.
 
     Parameters
@@ -86,6 +88,8 @@ def checked_sources(name: str, folder: Path, files: Iterable[Path]) -> dict[str,
         The source's folder.
     files : iterable of pathlib.Path
         Files below it; those that the source is not known to publish are taken as they are.
+    own : iterable of pathlib.Path
+        More files below it, which a user may have replaced by their own of the same name.
 
     Returns
     -------
@@ -108,4 +112,4 @@ def checked_sources(name: str, folder: Path, files: Iterable[Path]) -> dict[str,
                 f"{file}: not as published (SHA-256 {digests[relative][:12]}..., expected "
                 f"{expected[:12]}...): cut off or edited; get the file anew"
             )
-    return digests
+    return digests | {file.relative_to(folder).as_posix(): sha256_of(file) for file in own}

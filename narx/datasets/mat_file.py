@@ -28,10 +28,10 @@ def read_mat(path: Path) -> dict[str, Any]:
     RecordingError
         If the file is missing, cut off, or not a MATLAB file.
     """
+    if not path.is_file():
+        raise RecordingError(f"{path}: no such file")
     try:
         variables = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: no such file") from None
     except Exception as error:  # damage shows as whatever the parser stumbles over
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise RecordingError(

@@ -107,7 +107,7 @@ class SmartphonePocket(TrialSource):
                 *aligned.notes,
                 f"resampled to {self._sampling_rate_hz:g} Hz, optical gaps left open",
             ),
-            sources=checked_sources(self.name, root, [*files, *still_files, optical_file]),
+            sources=checked_sources(self.name, root, [*files, optical_file], own=still_files),
         )
 
     def _still_recording(
