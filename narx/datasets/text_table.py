@@ -89,6 +89,32 @@ def read_numbers(
     return numbers
 
 
+def read_header(path: Path, *, separator: str = ",") -> list[str]:
+    """Read the column names in the first line of a text file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to read.
+    separator : str
+        Regular expression between names.
+
+    Returns
+    -------
+    list of str
+        The names without surrounding blanks.
+
+    Raises
+    ------
+    RecordingError
+        If the file is missing, empty or not text.
+    """
+    lines = _lines(path, None, terminated=False)
+    if not lines:
+        raise RecordingError(f"{path}: empty, expected a header line")
+    return [name.strip() for name in re.split(separator, lines[0][1])]
+
+
 def _number(cell: str, missing_allowed: bool) -> float:
     """Return the number in a cell, infinite where there is none."""
     try:
