@@ -21,7 +21,10 @@ def _limits(errors: np.ndarray, subjects: np.ndarray) -> LimitsOfAgreement:
     return limits_of_agreement(errors)
 
 
-def _draw(panel: Axes, means: np.ndarray, errors: np.ndarray, subjects: np.ndarray) -> None:
+def _draw(
+    panel: Axes, means: np.ndarray, errors: np.ndarray, subjects: np.ndarray
+) -> tuple[float, float]:
+    """Draw one panel; return the lowest and highest error that has to be seen."""
     panel.hexbin(
         means, errors, gridsize=(45, 30), bins="log", cmap="Greys", mincnt=1, linewidths=0.0,
         vmin=0.3,
@@ -33,7 +36,7 @@ def _draw(panel: Axes, means: np.ndarray, errors: np.ndarray, subjects: np.ndarr
         (limits.lower, limits.lower_interval, "#0060b0", "--"),
     ):
         panel.axhline(value, color=colour, linestyle=style, linewidth=1.3)
-        if limits.n_subjects != limits.n_samples and limits.n_subjects > 1:
+        if 2 < limits.n_subjects < limits.n_samples:
             panel.axhspan(*interval, color=colour, alpha=0.10, linewidth=0)
         panel.annotate(
             shown(value, 1),
@@ -46,6 +49,8 @@ def _draw(panel: Axes, means: np.ndarray, errors: np.ndarray, subjects: np.ndarr
             fontsize=7,
             annotation_clip=False,
         )
+    low, high = np.percentile(errors, [0.1, 99.9])
+    return min(float(low), limits.lower), max(float(high), limits.upper)
 
 
 @styled
@@ -71,7 +76,7 @@ def bland_altman(
     matplotlib.figure.Figure
         Density of points on a logarithmic scale; bias dotted, limits of agreement dashed, both
         of repeated measures (`narx.agreement.repeated_limits_of_agreement`) with their 95 %
-        intervals shaded where there are two subjects or more.
+        intervals shaded where there are three subjects or more.
     """
     pieces = [e.decimated(rate_hz) for e in evaluated if method in e.estimates_rad]
     conditions = condition_order(piece.condition for piece in pieces)
@@ -79,6 +84,7 @@ def bland_altman(
         len(AXES), max(len(conditions), 1), 2.35, 1.75, sharex="row", sharey="row"
     )
     for row, axis_name in enumerate(AXES):
+        seen: list[tuple[float, float]] = []
         for column, condition in enumerate(conditions):
             here = [piece for piece in pieces if piece.condition == condition]
             errors = np.concatenate([piece.error_deg(method)[:, row] for piece in here])
@@ -89,7 +95,7 @@ def bland_altman(
             if there.sum() > 2:
                 # error is reference less estimate, so their mean is reference less half of it
                 means = reference - errors / 2.0
-                _draw(panel, means[there], errors[there], subjects[there])
+                seen.append(_draw(panel, means[there], errors[there], subjects[there]))
             else:
                 panel.text(0.5, 0.5, "not observed", transform=panel.transAxes, ha="center")
                 panel.grid(visible=False)
@@ -98,6 +104,10 @@ def bland_altman(
                 panel.set_title(condition)
             if row == len(AXES) - 1:
                 panel.set_xlabel("mean of reference and estimate (°)")
+        if seen:
+            # the intervals of few subjects may reach far beyond
+            low, high = min(pair[0] for pair in seen), max(pair[1] for pair in seen)
+            grid[row, 0].set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
         grid[row, 0].set_ylabel(f"{axis_name}\nreference - estimate (°)")
     figure.suptitle(title or f"Agreement of {method_label(method)} with the reference")
     return figure

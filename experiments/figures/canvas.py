@@ -105,7 +105,7 @@ def legend_below(figure: Figure, axes: Axes) -> None:
 
 
 def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:
-    """Make a scale logarithmic, with plain numbers 1, 2, 5, 10, ... beside it.
+    """Make a scale logarithmic, with plain numbers beside it (2 and 5 if there is room).
 
     Parameters
     ----------
@@ -117,7 +117,13 @@ def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:
     panel.set(**{f"{which}scale": "log"})
     axis = panel.xaxis if which == "x" else panel.yaxis
     axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(lambda x, _: f"{x:g}" if f"{x:e}"[0] in "25" else "")
+
+    def between_decades(value: float, _: object) -> str:
+        low, high = np.sort(axis.get_view_interval())
+        room = low > 0 and high / low < 50
+        return f"{value:g}" if room and f"{value:e}"[0] in "25" else ""
+
+    axis.set_minor_formatter(between_decades)
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:

@@ -16,6 +16,8 @@ from experiments.figures.canvas import (
 from experiments.method_labels import method_colour, method_label, method_order
 from narx.segment_angles import AXES
 
+LINE_RATE_HZ = 100.0
+
 
 def first_and_last_minute(
     evaluated: Evaluated, window_s: float = 10.0
@@ -78,6 +80,8 @@ def waveforms(
     """
     if methods is None:
         methods = method_order(m for _, piece in columns for m in piece.estimates_rad)
+    # a dashed line of noise at 500 Hz would be a solid one
+    columns = [(name, piece.decimated(LINE_RATE_HZ)) for name, piece in columns]
     width = max(2.6, 6.4 / len(columns)) if len(columns) < 3 else 2.6
     figure, grid = panels(len(axes), len(columns), width, 1.55, sharex="col", sharey="row")
     for row, axis in enumerate(axes):
@@ -88,7 +92,7 @@ def waveforms(
                     continue
                 panel.plot(
                     piece.time_s,
-                    np.rad2deg(piece.estimates_rad[method][:, axis]),
+                    _without_wraps(np.rad2deg(piece.estimates_rad[method][:, axis])),
                     color=method_colour(method),
                     label=method_label(method),
                     alpha=0.9,
@@ -114,6 +118,13 @@ def waveforms(
     if title:
         figure.suptitle(title)
     return figure
+
+
+def _without_wraps(angle_deg: np.ndarray) -> np.ndarray:
+    """Interrupt a line where an angle goes from 180 to -180 degrees, rather than draw a jump."""
+    broken = angle_deg.copy()
+    broken[1:][np.abs(np.diff(angle_deg)) > 180.0] = np.nan
+    return broken
 
 
 def _keep_to_reference(
