@@ -1,0 +1,85 @@
+"""The NeuRA walk: stand, walk, turn, walk, stand."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from narx.calibration import calibrate
+from narx.datasets.neura_sample import NeuraSample
+from narx.errors import RecordingError
+from narx.joint_angles import grood_suntay
+
+pytestmark = pytest.mark.recordings
+
+
+@pytest.fixture(scope="module")
+def root(data_root):
+    if not (data_root / "neura_sample").is_dir():
+        pytest.skip("no neura_sample")
+    return data_root / "neura_sample"
+
+
+@pytest.fixture(scope="module")
+def trial(root):
+    return next(iter(NeuraSample(root=root)))
+
+
+def test_parts_of_the_recording(trial):
+    assert trial.name == "neura_sample/S02/Walk/1"
+    assert set(trial.imus) == {"thigh_right", "thigh_left", "shank_right", "shank_left"}
+    (_, first), (second, end) = trial.still_s
+    assert first == pytest.approx(11.0, abs=0.3)
+    assert end - second == pytest.approx(3.0, abs=0.6)
+    begin, turn = trial.walking_s
+    assert begin == pytest.approx(11.2, abs=0.4)
+    assert 14.2 < turn < 14.9
+    assert trial.clock_offset_s["shank_right"] == pytest.approx(0.020, abs=0.005)
+
+
+def test_reference_moves_like_a_walk_and_the_gyroscopes_with_it(trial):
+    calibrated = calibrate(trial)
+    walk = (trial.time_s > trial.walking_s[0]) & (trial.time_s < trial.walking_s[1])
+    for segment, one in calibrated.items():
+        angle = one.reference_angles_rad
+        assert np.degrees(np.abs(angle[:900, :2])).max() < 1.0
+        assert np.isnan(angle[:, 2]).all()
+        slope = np.gradient(angle[:, 0], 0.01)
+        rate = one.signals.axis_rates_rad_s[:, 0]
+        agreement = np.corrcoef(slope[walk], rate[walk])[0, 1]
+        assert agreement > (0.95 if segment.startswith("shank") else 0.85), segment
+    for side in ("right", "left"):
+        knee = np.degrees(
+            grood_suntay(*(calibrated[f"{s}_{side}"].reference_wxyz for s in ("thigh", "shank")))
+        )
+        assert 50 < np.nanpercentile(knee[:, 0], 99) < 75  # knees flex by 60 degrees in swing
+        assert -8 < np.nanpercentile(knee[:, 0], 1) < 2
+        assert np.abs(knee[-50:].mean(axis=0)).max() < 3.0  # and stand again at the end
+
+
+def test_heading_misalignment_is_small(trial):
+    for one in calibrate(trial, remove_heading_misalignment=True).values():
+        note = next(n for n in one.notes if "about the vertical" in n)
+        assert abs(float(note.split()[0])) < 10.0
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda p: p.write_bytes(p.read_bytes()[:-20]), "cut off"),
+        (lambda p: p.write_text(p.read_text().replace("Gyr_Y", "Gyro_Y")), "no column 'Gyr_Y'"),
+        (lambda p: p.unlink(), "no such file"),
+        (
+            lambda p: p.write_text("\n".join(p.read_text().splitlines()[:600]) + "\n"),
+            "not as published",
+        ),
+    ],
+)
+def test_damage_ends_in_one_clear_line(root, tmp_path, damage, message):
+    folder = shutil.copytree(root, tmp_path / "neura", copy_function=shutil.copyfile)
+    for path in (folder, *folder.rglob("*")):
+        path.chmod(0o755)
+    damage(folder / "rawimu" / "S02-Trial-Walk-1-000_00B40C35.txt")
+    with pytest.raises(RecordingError, match=message) as caught:
+        NeuraSample(root=folder).load("S02", "Walk", "1")
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,203 @@
+"""Optically tracked sensors: faults out, one clock, one frame; joint and BROAD files."""
+
+import functools
+
+import numpy as np
+import pytest
+import scipy.io
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from narx.calibration import calibrate
+from narx.datasets.broad import Broad
+from narx.datasets.joint_1to3dof import Joint1To3Dof
+from narx.datasets.tracked_sensor import turn_frame, without_spikes
+from narx.errors import RecordingError
+from narx.joint_angles import grood_suntay
+
+_RATE_HZ = 100.0
+_OFFSET_S = 0.0145
+_REST_S = 2.0
+
+
+@functools.cache
+def _hand_motion(seed, duration_s=20.0):
+    """Rest, then a smooth random motion: orientation and body rate as functions of time."""
+    rng = np.random.default_rng(seed)
+    fine = np.arange(-1.0, duration_s, 0.002)
+    knots = np.arange(-1.0, duration_s + 2.0, 0.3)
+    rate = CubicSpline(knots, rng.normal(scale=1.2, size=(len(knots), 3)))(fine)
+    rate *= np.clip((fine - _REST_S) / 0.5, 0.0, 1.0)[:, None]
+    orientation = [Rotation.random(random_state=seed)]
+    for step in Rotation.from_rotvec(0.5 * (rate[1:] + rate[:-1]) / 500.0):
+        orientation.append(orientation[-1] * step)
+    matrices = Rotation.concatenate(orientation).as_matrix().reshape(-1, 9)
+    to_matrix = CubicSpline(fine, matrices)
+    return (
+        lambda time: Rotation.from_matrix(to_matrix(time).reshape(-1, 3, 3)),
+        CubicSpline(fine, rate),
+    )
+
+
+def _sensor_and_reference(seed, bias):
+    time = np.arange(0.0, 18.0, 1 / _RATE_HZ)
+    orientation, rate = _hand_motion(seed)
+    mounting = Rotation.from_euler("XYZ", [0.02, -0.03, 0.01])
+    happened = time - _OFFSET_S
+    gyroscope = mounting.apply(rate(happened)) + bias
+    force = mounting.apply(orientation(happened).inv().apply([0, 0, 9.80665]))
+    return time, gyroscope, force, orientation(time).as_quat(scalar_first=True)
+
+
+def test_spikes_are_taken_out_and_turns_are_not():
+    time = np.arange(1000) / 50.0
+    turn = Rotation.from_rotvec(np.outer(time, [0.0, 0.0, 4.0]))
+    clean = turn.as_quat(scalar_first=True)
+    spiked = clean.copy()
+    for begin, length in ((100, 1), (300, 3), (700, 6)):
+        away = Rotation.from_rotvec([2.0, 0.5, 0.0])
+        spiked[begin : begin + length] = (turn[begin : begin + length] * away).as_quat(
+            scalar_first=True
+        )
+    found, removed = without_spikes(time, spiked, 4.0)
+    lost = np.isnan(found).all(axis=1)
+    assert removed == lost.sum() == 10
+    assert np.allclose(found[~lost], clean[~lost])
+    untouched, none = without_spikes(time, clean, 4.0)
+    assert none == 0
+    assert np.array_equal(untouched, clean)
+
+
+def test_turned_frame_keeps_vectors():
+    body = Rotation.random(5, random_state=1)
+    to_sensor = Rotation.random(random_state=2)
+    sensor = Rotation.from_quat(
+        turn_frame(body.as_quat(scalar_first=True), to_sensor), scalar_first=True
+    )
+    vector = np.array([1.0, 2.0, 3.0])
+    assert np.allclose(sensor.apply(to_sensor.apply(vector)), body.apply(vector))
+
+
+def _save_joint(path, **changes):
+    columns, references = [], []
+    for seed in (1, 2):
+        _, gyroscope, force, quaternion = _sensor_and_reference(seed, [0.01, 0.0, -0.005])
+        columns += [force, gyroscope]
+        references.append(quaternion)
+    data = {
+        "rate": _RATE_HZ,
+        "sensorData": np.hstack(columns),
+        "ref": np.hstack(references),
+    } | changes
+    scipy.io.savemat(path, {"data": {k: v for k, v in data.items() if v is not None}})
+
+
+def test_joint_file_with_known_offset_and_mounting(tmp_path):
+    _save_joint(tmp_path / "data_2D_07.mat")
+    trial = next(iter(Joint1To3Dof(root=tmp_path)))
+    assert trial.name == "joint_1to3dof/device/2D/07"
+    assert trial.clock_offset_s["imu2"] == pytest.approx(_OFFSET_S, abs=5e-4)
+    assert trial.still_s[0][1] == pytest.approx(_REST_S, abs=0.2)
+    for segment, calibrated in calibrate(trial).items():
+        assert calibrated.static_bias_rad_s == pytest.approx([0.01, 0, -0.005], abs=1e-3), segment
+        assert np.degrees(np.abs(calibrated.reference_angles_rad[:50, :2])).max() < 0.3
+    joint = grood_suntay(*(c.reference_wxyz for c in calibrate(trial).values()))
+    assert np.degrees(np.abs(joint[:50])).max() < 0.5
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"sensorData": None}, "no field 'data.sensorData'"),
+        ({"ref": np.zeros((10, 7))}, r"data.ref has shape \(10, 7\)"),
+        ({"ref": np.zeros((10, 8))}, "ref has 10"),
+    ],
+)
+def test_damaged_joint_files(tmp_path, changes, message):
+    _save_joint(tmp_path / "data_1D_09.mat", **changes)
+    with pytest.raises(RecordingError, match=message):
+        Joint1To3Dof(root=tmp_path).load("device", "1D", "09")
+
+
+def _save_broad(path, **changes):
+    time, gyroscope, force, quaternion = _sensor_and_reference(3, [0.0, 0.001, 0.008])
+    data = {
+        "imu_gyr": gyroscope,
+        "imu_acc": force,
+        "opt_quat": quaternion,
+        "sampling_rate": _RATE_HZ,
+        "movement": (time > _REST_S).astype(np.uint8),
+    } | changes
+    scipy.io.savemat(path, {k: v for k, v in data.items() if v is not None})
+
+
+def test_broad_file_scores_the_movement(tmp_path):
+    _save_broad(tmp_path / "99_made_up_motion.mat")
+    trial = Broad(root=tmp_path).load("device", "made_up_motion", "99")
+    assert trial.clock_offset_s["imu"] == pytest.approx(_OFFSET_S, abs=5e-4)
+    assert (trial.scored == (trial.time_s > _REST_S)).mean() > 0.999
+    half = Broad(root=tmp_path, sampling_rate_hz=50.0).load("device", "made_up_motion", "99")
+    assert half.sampling_rate_hz == 50.0
+    assert half.scored.mean() == pytest.approx(trial.scored.mean(), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"movement": None}, "no variable 'movement'"),
+        ({"imu_acc": np.zeros((3, 3))}, r"imu_acc has shape \(3, 3\)"),
+        ({"movement": np.ones(1800)}, "does not begin with a rest"),
+    ],
+)
+def test_damaged_broad_files(tmp_path, changes, message):
+    _save_broad(tmp_path / "98_made_up.mat", **changes)
+    with pytest.raises(RecordingError, match=message):
+        Broad(root=tmp_path).load("device", "made_up", "98")
+
+
+def _rates_agree(trial):
+    """Correlation of reference and gyroscope body rates, an axis at a time."""
+    worst = 1.0
+    for calibrated in calibrate(trial).values():
+        quaternion = calibrated.reference_wxyz
+        there = np.isfinite(quaternion).all(axis=1)
+        k = np.flatnonzero(there[:-2] & there[2:])
+        before, after = (Rotation.from_quat(quaternion[i], scalar_first=True) for i in (k, k + 2))
+        body = (before.inv() * after).as_rotvec() * trial.sampling_rate_hz / 2
+        clinical = np.column_stack([-body[:, 1], -body[:, 0], body[:, 2]])
+        gyroscope = calibrated.signals.axis_rates_rad_s[k + 1]
+        worst = min(worst, *(np.corrcoef(clinical[:, a], gyroscope[:, a])[0, 1] for a in range(3)))
+    return worst
+
+
+@pytest.mark.recordings
+def test_real_joint_recordings(data_root):
+    root = data_root / "joint_1to3dof"
+    if not root.is_dir():
+        pytest.skip("no joint_1to3dof")
+    source = Joint1To3Dof(root=root)
+    assert len(source) >= 12
+    for name in (("1D", "01"), ("3D", "03"), ("2D", "02")):
+        trial = source.load("device", *name)
+        # the clocks differ by one sample of 20 ms, in 3D_03 by two
+        expected = 0.032 if name == ("3D", "03") else 0.018
+        assert trial.clock_offset_s["imu1"] == pytest.approx(expected, abs=0.006)
+        assert _rates_agree(trial) > 0.99
+        if name == ("1D", "01"):
+            assert any("tracking faults" in note for note in trial.notes)
+            # a hinge: all in the sagittal plane
+            joint = grood_suntay(*(c.reference_wxyz for c in calibrate(trial).values()))
+            spread = np.nanpercentile(np.degrees(joint), [2, 98], axis=0)
+            assert spread[1, 0] - spread[0, 0] > 150
+            assert np.abs(spread[:, 1:]).max() < 5
+
+
+@pytest.mark.recordings
+def test_real_broad_recordings(data_root):
+    root = data_root / "broad"
+    if not root.is_dir():
+        pytest.skip("no broad")
+    trial = Broad(root=root).load("device", "undisturbed_slow_rotation_A", "01")
+    assert trial.clock_offset_s["imu"] == pytest.approx(1 / 285.7, abs=0.002)
+    assert trial.scored.mean() == pytest.approx(126.0 / 199.3, abs=0.01)
+    assert _rates_agree(trial) > 0.99
