@@ -43,7 +43,7 @@ class ComplementaryFilter(OrientationMethod):
 
     def __init__(
         self,
-        crossover_hz: float = 0.05,
+        crossover_hz: float = 0.1,
         rule: str = "trapezoid",
         axes: Sequence[str] = ("sagittal", "frontal"),
     ) -> None:

@@ -33,6 +33,9 @@ class Giof(OrientationMethod):
         Allowed deviation of the accelerometer's norm from gravity, m/s^2.
     rate_threshold_deg_s : float
         gamma_3: the angular rate below which the segment counts as at rest, deg/s.
+    rest_s : float
+        Time for which both conditions must have held before the accelerometer is believed, s.
+        0 is the paper's: one sample is enough.
     noise_window_s : float
         Offline: window of the moving average against noise, s (10 samples at 100 Hz).
     offset_window_s : float, optional
@@ -48,11 +51,15 @@ class Giof(OrientationMethod):
 
     Notes
     -----
-    Abhayasinghe et al., eqs. (1), (2) and Fig. 6. Eq. (2) is printed as ``rate < gamma_3``,
-    which any backward swing fulfils; the absolute value is meant. With two axes both rates must
-    be below the threshold, because the accelerometer reads gravity alone only when the segment
-    turns about neither. A window of an even number of samples is centred by giving its two end
-    samples half a weight, which is also what makes it a time and not a number of samples.
+    Abhayasinghe et al., eqs. (1), (2) and Fig. 6; neither eta nor gamma_3 is printed, so the
+    defaults are what standing quietly with a consumer IMU asks for. Eq. (2) is printed as
+    ``rate < gamma_3``, which any backward swing fulfils; the absolute value is meant. `rest_s` is
+    an addition: at the end of a swing the rate goes through zero while the thigh accelerates
+    hard, and whether a single sample falls into that moment is a matter of the sampling rate.
+    With two axes both rates must be below the threshold, because the accelerometer reads gravity
+    alone only when the segment turns about neither. A window of an even number of samples is
+    centred by giving its two end samples half a weight, which is also what makes it a time and
+    not a number of samples.
     """
 
     name = "giof"
@@ -65,6 +72,7 @@ class Giof(OrientationMethod):
         axes: Sequence[str] = ("sagittal", "frontal"),
         eta_m_s2: float = 0.2,
         rate_threshold_deg_s: float = 5.0,
+        rest_s: float = 0.1,
         noise_window_s: float = 0.1,
         offset_window_s: float | None = _PAPERS_OFFSET_WINDOW_S,
         low_pass_hz: float | None = 10.0,
@@ -76,6 +84,9 @@ class Giof(OrientationMethod):
         self.rate_threshold_rad_s = float(
             np.deg2rad(positive(self.name, "rate_threshold_deg_s", rate_threshold_deg_s))
         )
+        if not (np.isfinite(rest_s) and rest_s >= 0):
+            raise UserError(f"method {self.name}: rest_s is {rest_s}, expected 0 or more")
+        self.rest_s = float(rest_s)
         self.noise_window_s = positive(self.name, "noise_window_s", noise_window_s)
         self.offset_window_s = (
             None
@@ -96,6 +107,9 @@ class Giof(OrientationMethod):
     def _norm_squared_range(self) -> tuple[float, float]:
         return (GRAVITY_M_S2 - self.eta_m_s2) ** 2, (GRAVITY_M_S2 + self.eta_m_s2) ** 2
 
+    def _rest_samples(self, sampling_rate_hz: float) -> int:
+        return 1 + round(self.rest_s * sampling_rate_hz)
+
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         angles = np.full((signals.n_samples, 3), np.nan)
         if not signals.n_samples:
@@ -114,6 +128,7 @@ class Giof(OrientationMethod):
             0.5 * signals.interval_s,
             *self._norm_squared_range,
             self.rate_threshold_rad_s,
+            self._rest_samples(signals.sampling_rate_hz),
         )
         return angles
 
@@ -163,16 +178,18 @@ class Giof(OrientationMethod):
         for axis in self.columns:
             angles[axis] = 0.0
         before: dict[int, float] | None = None
+        needed, rested = self._rest_samples(sampling_rate_hz), 0
 
         def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal before
+            nonlocal before, rested
             rates = {axis: smooth[axis](axis_rates[axis]) - offset[axis] for axis in self.columns}
             x, y, z = (smooth[3 + i](specific_force[i]) for i in range(3))
             resting = _gravity_alone(x, y, z, low, high) and all(
                 abs(rates[axis]) < threshold for axis in self.columns
             )
+            rested = rested + 1 if resting else 0
             for axis in self.columns:
-                if resting:
+                if rested >= needed:
                     angles[axis] = tilt(axis, x, y, z)
                 elif before is not None:
                     angles[axis] = _integrate(angles[axis], rates[axis], before[axis], half_s)
@@ -234,15 +251,18 @@ def _filter(
     low: float,
     high: float,
     rate_threshold: float,
+    needed: int,
 ) -> FloatArray:  # pragma: no cover
     out = np.empty_like(rates)
+    rested = 0
     for k in range(len(rates)):
         x, y, z = force[k]
         resting = _gravity_alone_compiled(x, y, z, low, high)
         for i in range(len(axes)):
             resting = resting and abs(rates[k, i]) < rate_threshold
+        rested = rested + 1 if resting else 0
         for i in range(len(axes)):
-            if resting:
+            if rested >= needed:
                 out[k, i] = _tilt_compiled(axes[i], x, y, z)
             elif k == 0:
                 out[k, i] = start[i]

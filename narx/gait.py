@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
-from scipy import signal
+from scipy import fft, signal
 
 FloatArray = NDArray[np.float64]
 
@@ -20,6 +20,9 @@ STRIDE_FREQUENCY_RANGE_HZ = (0.4, 1.8)
 
 # below this RMS a leg does not walk: a third of the slowest gait's (about 0.5 rad/s)
 _MINIMUM_RMS_RAD_S = 0.15
+
+# samples per second that a stride frequency to a thousandth needs; more only take time
+_ENOUGH_HZ = 100.0
 
 
 def stride_frequency_hz(
@@ -54,7 +57,9 @@ def stride_frequency_hz(
     first maximum that comes within 15 % of the highest is the stride. It is taken over pairs of
     samples that are both there, so gaps neither add nor remove periods.
     """
-    rate = np.asarray(sagittal_rate_rad_s, dtype=float)
+    block = max(1, int(sampling_rate_hz / _ENOUGH_HZ))
+    rate = _block_means(np.asarray(sagittal_rate_rad_s, dtype=float), block)
+    sampling_rate_hz = sampling_rate_hz / block
     there = np.isfinite(rate)
     shortest = sampling_rate_hz / frequency_range_hz[1]
     longest = sampling_rate_hz / frequency_range_hz[0]
@@ -65,8 +70,8 @@ def stride_frequency_hz(
     if np.sqrt(power) < _MINIMUM_RMS_RAD_S:
         return float("nan")
     lags = np.arange(min(len(rate), int(np.ceil(longest)) + 2))
-    products = _autocorrelation(centred)[lags]
-    pairs = _autocorrelation(there.astype(float))[lags]
+    products = _autocorrelation(centred, len(lags))
+    pairs = len(rate) - lags if there.all() else _autocorrelation(there.astype(float), len(lags))
     # a lag that few pairs cover says little
     covered = pairs > 0.25 * there.sum()
     correlation = np.where(covered, products / np.maximum(pairs, 1.0) / power, 0.0)
@@ -78,9 +83,14 @@ def stride_frequency_hz(
     return sampling_rate_hz / (peak + _parabola_vertex(correlation[peak - 1 : peak + 2]))
 
 
-def _autocorrelation(values: FloatArray) -> FloatArray:
-    spectrum = np.fft.rfft(values, 2 * len(values))
-    return np.fft.irfft(np.abs(spectrum) ** 2)[: len(values)]
+def _block_means(values: FloatArray, block: int) -> FloatArray:
+    """Means of samples that follow one another; NaN where one of them is."""
+    return values[: len(values) // block * block].reshape(-1, block).mean(axis=1)
+
+
+def _autocorrelation(values: FloatArray, n_lags: int) -> FloatArray:
+    length = fft.next_fast_len(len(values) + n_lags, real=True)
+    return fft.irfft(np.abs(fft.rfft(values, length)) ** 2, length)[:n_lags]
 
 
 def _parabola_vertex(three: FloatArray) -> float:

@@ -47,7 +47,7 @@ def single_sided_amplitude_spectrum(
 
 
 def component_powers(
-    sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float
+    sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float, highest_hz: float = 6.0
 ) -> tuple[float, FloatArray]:
     """Power of a walking gyroscope in each harmonic of the stride frequency.
 
@@ -57,14 +57,17 @@ def component_powers(
         Rate about the sagittal axis, without missing samples.
     sampling_rate_hz : float
         Sampling rate.
+    highest_hz : float
+        Where walking ends and noise and soft tissue begin. Winter et al. (J Biomech 7:479-486,
+        1974) found 99.7 % of the power of leg movements in walking below 6 Hz.
 
     Returns
     -------
     stride_frequency_hz : float
         Fundamental.
     power : ndarray, shape (H,)
-        Share of harmonic 1, 2, ... in the power of the signal without its mean; what lies below
-        half the stride frequency belongs to no harmonic, so the sum is at most 1.
+        Share of harmonic 1, 2, ... up to `highest_hz` in their sum. What lies below half the
+        stride frequency (drift, turning) belongs to none.
 
     Raises
     ------
@@ -80,13 +83,17 @@ def component_powers(
     fundamental_hz = stride_frequency_hz(sagittal_rate_rad_s, sampling_rate_hz)
     if not np.isfinite(fundamental_hz):
         raise UserError("gyroscope spectrum: no walking found in the signal, expected strides")
-    power = amplitude[1:] ** 2
-    harmonic = np.floor(frequency_hz[1:] / fundamental_hz + 0.5).astype(int)
-    return fundamental_hz, np.bincount(harmonic, weights=power)[1:] / power.sum()
+    harmonic = np.floor(frequency_hz / fundamental_hz + 0.5).astype(int)
+    counted = (harmonic >= 1) & (frequency_hz <= highest_hz)
+    power = np.bincount(harmonic[counted], weights=amplitude[counted] ** 2)[1:]
+    return fundamental_hz, power / power.sum()
 
 
 def hidden_neurons(
-    sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float, power_fraction: float = 0.98
+    sagittal_rate_rad_s: ArrayLike,
+    sampling_rate_hz: float,
+    power_fraction: float = 0.98,
+    highest_hz: float = 6.0,
 ) -> int:
     """Choose the number of hidden neurons as Tham et al. do (section II-B2, Fig. 3).
 
@@ -97,7 +104,9 @@ def hidden_neurons(
     sampling_rate_hz : float
         Sampling rate.
     power_fraction : float
-        Share of the signal's power that the major components must hold together.
+        Share of the power that the major components must hold together.
+    highest_hz : float
+        As in `component_powers`.
 
     Returns
     -------
@@ -107,13 +116,8 @@ def hidden_neurons(
     Raises
     ------
     UserError
-        If the signal shows no walking, or its harmonics hold less than `power_fraction`.
+        If the signal shows no walking, or has missing samples.
     """
-    _, power = component_powers(sagittal_rate_rad_s, sampling_rate_hz)
+    _, power = component_powers(sagittal_rate_rad_s, sampling_rate_hz, highest_hz)
     held = np.cumsum(np.sort(power)[::-1])
-    if held[-1] < power_fraction:
-        raise UserError(
-            f"gyroscope spectrum: all harmonics of the stride hold {held[-1]:.1%} of the power, "
-            f"expected {power_fraction:.0%}: the signal drifts or is not steady walking"
-        )
     return int(np.searchsorted(held, power_fraction) + 1)

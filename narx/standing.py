@@ -12,6 +12,10 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
+# a sensor that is strapped on and taken off within the recording moves outside the walk, too
+_MOST_MOVEMENT_OUTSIDE = 0.25
+
+
 @dataclass(frozen=True)
 class StillThresholds:
     """What counts as standing still (Han et al., eqs. (3) and (4)).
@@ -187,8 +191,8 @@ def start_and_stop(
     Raises
     ------
     MethodNotApplicableError
-        If there is no still part before the walk, or none after it; says which, and over what
-        time it was looked for.
+        If there is no still part before the walk, or none after it (says which, and over what
+        time it was looked for), or if what was found are pauses within a longer walk.
 
     Notes
     -----
@@ -221,4 +225,12 @@ def start_and_stop(
             f"no still part after the walk: {wanted} in the last "
             f"{(len(rates) - 1 - middle) / sampling_rate_hz:.1f} s"
         )
-    return int(before[-1]), middle + int(after[0])
+    start, stop = int(before[-1]), middle + int(after[0])
+    outside = float(np.mean((moving < start) | (moving > stop)))
+    if outside > _MOST_MOVEMENT_OUTSIDE:
+        raise MethodNotApplicableError(
+            f"no still part before and after the walk: the nearest end at "
+            f"{start / sampling_rate_hz:.1f} s and begin at {stop / sampling_rate_hz:.1f} s, "
+            f"but {outside:.0%} of the movement lies outside, so they are pauses in it"
+        )
+    return start, stop

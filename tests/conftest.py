@@ -1,7 +1,9 @@
 """Motions whose angles, angular rates and specific force are known exactly."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -71,6 +73,13 @@ def _half_turn(t):
     return angles
 
 
+def _stand_turn_stand(t):
+    """The same half turn between standing and standing."""
+    angles = _stand_walk_stand(t)
+    angles[:, 2] += np.pi * _smooth_step(t, 20.0, 23.0)
+    return angles
+
+
 def _tilted(t):
     return np.tile(np.array([0.3, -0.2, 0.0], dtype=complex), (len(t), 1))
 
@@ -81,6 +90,7 @@ KINDS = {
     "walking": _walking,
     "stand_walk_stand": _stand_walk_stand,
     "half_turn": _half_turn,
+    "stand_turn_stand": _stand_turn_stand,
 }
 
 
@@ -108,3 +118,12 @@ def make_motion(kind: str, sampling_rate_hz: float = 100.0, duration_s: float = 
 def motion() -> Callable[..., Motion]:
     """Build a motion: ``motion(kind, sampling_rate_hz=100.0, duration_s=40.0)``."""
     return make_motion
+
+
+@pytest.fixture(scope="session")
+def data_root() -> Path:
+    """Folder with a folder per source; skips without it."""
+    root = os.environ.get("NARX_DATA_ROOT")
+    if root is None or not Path(root).is_dir():
+        pytest.skip("no recordings: set NARX_DATA_ROOT")
+    return Path(root)

@@ -1,6 +1,7 @@
 """What every method owes: a method gets these tests by being listed in `CASES`."""
 
 import importlib.util
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 from baselines import METHODS, make_method
 from narx.errors import MethodNotApplicableError
-from narx.method import SegmentSignals
+from narx.method import OrientationMethod, SegmentSignals
 from narx.recording import GRAVITY_M_S2
 
 RATES_HZ = (100.0, 200.0, 500.0)
@@ -29,12 +30,16 @@ class Case:
     name: str
     parameters: dict[str, Any] = field(default_factory=dict)
     motion: str = "walking"
+    turn_motion: str = "half_turn"
     rate_tolerance: float = 0.1
     bias_error: float = 2.0
     turn_tolerance: float | None = 10.0
     tilt_at_rest: bool = True
+    make: Callable[..., OrientationMethod] | None = None  # for a method outside the registry
 
     def method(self):
+        if self.make is not None:
+            return self.make(**self.parameters)
         return make_method(self.name, **self.parameters)
 
     def __str__(self):
@@ -71,19 +76,27 @@ CASES = [
     ),
     Case("complementary_filter", turn_tolerance=15.0),
     Case("complementary_filter", {"rule": "rectangle"}, rate_tolerance=1.5, turn_tolerance=15.0),
-    # an update from the accelerometer happens where a sample falls below the threshold: at the
-    # top of a swing that lasts 15 ms, which 100 Hz now and then misses
-    Case("giof", bias_error=0.1, rate_tolerance=0.5),
-    Case("giof", {"axes": ["sagittal"]}, bias_error=0.1, rate_tolerance=0.5),
-    Case("giof", {"offset_window_s": None}, bias_error=0.1, rate_tolerance=0.5),
-    Case("giof", {"mode": "real_time"}, bias_error=0.1, rate_tolerance=8.0),
+    Case("giof", bias_error=0.1),
+    Case("giof", {"axes": ["sagittal"]}, bias_error=0.1),
+    Case("giof", {"offset_window_s": None}, bias_error=0.1),
+    # causal, it integrates each axis on its own; nothing holds the frontal one in a walk
+    Case("giof", {"mode": "real_time"}, bias_error=0.1, rate_tolerance=0.2, turn_tolerance=None),
+    # one sample is enough here: at the end of a swing the rate is below the threshold for 15 ms,
+    # which 100 Hz now and then misses
+    Case("giof", {"rest_s": 0.0}, bias_error=0.1, rate_tolerance=8.0),
     Case(
         "giof",
-        {"mode": "real_time", "axes": ["sagittal"]},
+        {"mode": "real_time", "rest_s": 0.0, "axes": ["sagittal"]},
         bias_error=0.1,
-        rate_tolerance=0.6,
+        rate_tolerance=8.0,
     ),
-    Case("two_point", motion="stand_walk_stand", bias_error=0.1, turn_tolerance=20.0),
+    Case(
+        "two_point",
+        motion="stand_walk_stand",
+        turn_motion="stand_turn_stand",
+        bias_error=0.1,
+        turn_tolerance=10.0,
+    ),
     # the libraries use the rectangle rule: half a sample of 140 deg/s
     Case("vqf", rate_tolerance=0.8),
     Case("vqf", {"offline": True}, rate_tolerance=0.8),
@@ -113,7 +126,7 @@ def observed(angles):
 
 
 def test_every_registered_method_is_tested():
-    assert {case.name for case in CASES} == set(METHODS)
+    assert {case.name for case in CASES} >= set(METHODS)
 
 
 def test_its_name_is_its_key(case):
@@ -163,11 +176,10 @@ def test_a_constant_bias_has_a_bounded_effect(case):
 def test_the_tilt_survives_a_half_turn(case, motion):
     if case.turn_tolerance is None:
         pytest.skip("makes no promise: it integrates each axis on its own and forgets nothing")
-    parameters = {"start_s": 0.0, "stop_s": 40.0} if case.name == "two_point" else {}
-    turn = motion("half_turn", duration_s=40.0)
-    angles = make_method(case.name, **case.parameters, **parameters).estimate(turn.signals)
+    turn = motion(case.turn_motion, duration_s=40.0)
+    angles = case.method().estimate(turn.signals)
     columns = [column for column in observed(angles) if column < 2]
-    after = turn.time_s > 35.0 if case.name != "two_point" else turn.time_s < 40.0
+    after = turn.time_s > 30.0
     error = np.rad2deg(angles - turn.angles_rad)[after][:, columns]
     assert np.abs(error).max() < case.turn_tolerance
 

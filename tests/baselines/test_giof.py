@@ -27,7 +27,7 @@ def test_one_axis_without_low_pass_is_the_printed_pseudocode():
     rng = np.random.default_rng(3)
     rates = rng.normal(0, 0.2, (2000, 3))
     force = np.array([1.0, 0.0, GRAVITY_M_S2]) + rng.normal(0, 0.3, (2000, 3))
-    method = Giof("real_time", ["sagittal"], eta_m_s2=0.15, low_pass_hz=None)
+    method = Giof("real_time", ["sagittal"], eta_m_s2=0.15, rest_s=0.0, low_pass_hz=None)
     angles = method.estimate(SegmentSignals("thigh_right", 100.0, rates, force))
     expected = printed_pseudocode(rates[:, 0], force, 0.01, 0.15, np.deg2rad(5.0))
     np.testing.assert_allclose(angles[:, 0], expected, atol=1e-12)
@@ -51,8 +51,20 @@ def test_eta_is_the_deviation_of_the_norm(deviation, believed, sign):
     norm = GRAVITY_M_S2 + sign * deviation
     force = np.tile(norm * np.array([np.sin(0.5), 0, np.cos(0.5)]), (5, 1))
     signals = SegmentSignals("thigh_right", 100.0, np.zeros((5, 3)), force)
-    angle = Giof("real_time", low_pass_hz=None, eta_m_s2=0.2).estimate(signals)[-1, 0]
+    angle = Giof("real_time", low_pass_hz=None, eta_m_s2=0.2, rest_s=0.0).estimate(signals)[-1, 0]
     assert angle == pytest.approx(0.5 if believed else 0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("rate_hz", [50.0, 100.0, 500.0])
+def test_rest_must_last(rate_hz):
+    n = round(1.0 * rate_hz)
+    force = np.tile(GRAVITY_M_S2 * np.array([np.sin(0.5), 0, np.cos(0.5)]), (n, 1))
+    rates = np.zeros((n, 3))
+    rates[: round(0.3 * rate_hz)] = 0.2
+    signals = SegmentSignals("thigh_right", rate_hz, rates, force)
+    angle = Giof("real_time", low_pass_hz=None, rest_s=0.2).estimate(signals)[:, 0]
+    believed = np.flatnonzero(np.isclose(angle, 0.5))
+    assert believed[0] / rate_hz == pytest.approx(0.5, abs=1e-9)
 
 
 def test_both_axes_must_rest():
@@ -60,8 +72,8 @@ def test_both_axes_must_rest():
     rates[:, 1] = 1.0
     force = np.tile(GRAVITY_M_S2 * np.array([np.sin(0.5), 0, np.cos(0.5)]), (5, 1))
     signals = SegmentSignals("thigh_right", 100.0, rates, force)
-    one = Giof("real_time", ["sagittal"], low_pass_hz=None).estimate(signals)[-1, 0]
-    both = Giof("real_time", low_pass_hz=None).estimate(signals)[-1, 0]
+    one = Giof("real_time", ["sagittal"], rest_s=0.0, low_pass_hz=None).estimate(signals)[-1, 0]
+    both = Giof("real_time", rest_s=0.0, low_pass_hz=None).estimate(signals)[-1, 0]
     assert one == pytest.approx(0.5)
     assert both == 0.0
 
@@ -126,6 +138,7 @@ def test_offline_does_not_stream():
         ({"mode": "online"}, "mode is 'online', expected one of offline, real_time"),
         ({"eta_m_s2": 0.0}, "eta_m_s2 is 0.0"),
         ({"rate_threshold_deg_s": -5.0}, "rate_threshold_deg_s is -5.0"),
+        ({"rest_s": -0.1}, "rest_s is -0.1, expected 0 or more"),
         ({"offset_window_s": 0.0}, "offset_window_s is 0.0"),
         ({"static_offset_deg_s": [1.0]}, "has 1 values, expected three"),
         ({"axes": ["yaw"]}, "expected sagittal, frontal or both"),

@@ -51,7 +51,7 @@ def test_the_complementary_filter_takes_an_arctangent_every_sample(walk):
 
 
 def test_giof_takes_an_arctangent_only_at_rest(walk, motion):
-    method = make_method("giof", mode="real_time", axes=["sagittal"], low_pass_hz=None)
+    method = make_method("giof", mode="real_time", axes=["sagittal"], rest_s=0.0, low_pass_hz=None)
     walking = count_stream(method, walk)
     assert 0.0 < walking["arctangents"] < 0.2
     still = count_stream(method, motion("still", 100.0, 2.0).signals)

@@ -98,6 +98,19 @@ def test_refusals_say_which_part_and_how_long_it_was_looked_for():
         start_and_stop(rates, force, RATE_HZ)
 
 
+def test_pauses_within_a_longer_walk_are_not_standing_before_and_after_it():
+    rates, force = recording(
+        ("walk", 10), ("still", 0.6), ("walk", 20), ("still", 0.6), ("walk", 10)
+    )
+    with pytest.raises(MethodNotApplicableError, match=r"at 10\.6 s .* 50% of the movement lies"):
+        start_and_stop(rates, force, RATE_HZ)
+
+
+def test_strapping_the_sensor_on_and_off_does_not_matter():
+    rates, force = recording(("walk", 1), ("still", 3), ("walk", 10), ("still", 3), ("walk", 1))
+    assert start_and_stop(rates, force, RATE_HZ) == (399, 1400)
+
+
 def test_thresholds_rise_above_the_first_second_and_never_fall():
     rates, force = still(300)
     thresholds = StillThresholds()
