@@ -21,7 +21,7 @@ from narx.resampling import contiguous_pieces
 
 # walking lives between these: below are turns and bias, above is soft tissue
 _BAND_HZ = (0.5, 10.0)
-_MIN_WALK_S = 2.0
+MIN_WALK_S = 1.0
 _MIN_SKEWNESS = 0.2
 
 
@@ -93,18 +93,18 @@ def walking_band(rate_rad_s: FloatArray, sampling_rate_hz: float) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (M, 3)
-        Filtered samples of all gapless pieces of at least 2 s, one after the other.
+    ndarray, shape (N, 3)
+        The filtered rate; NaN in gaps and in pieces shorter than 1 s.
     """
     high = min(_BAND_HZ[1], 0.45 * sampling_rate_hz)
     band = butter(2, (_BAND_HZ[0], high), "bandpass", fs=sampling_rate_hz, output="sos")
     time = np.arange(len(rate_rad_s)) / sampling_rate_hz
     there = np.isfinite(rate_rad_s).all(axis=1)
-    pieces = contiguous_pieces(time, there, 1.5 / sampling_rate_hz)
-    long = [piece for piece in pieces if piece.size >= _MIN_WALK_S * sampling_rate_hz]
-    if not long:
-        return np.empty((0, 3))
-    return np.vstack([sosfiltfilt(band, rate_rad_s[piece], axis=0) for piece in long])
+    filtered = np.full_like(rate_rad_s, np.nan)
+    for piece in contiguous_pieces(time, there, 1.5 / sampling_rate_hz):
+        if piece.size >= MIN_WALK_S * sampling_rate_hz:
+            filtered[piece] = sosfiltfilt(band, rate_rad_s[piece], axis=0)
+    return filtered
 
 
 def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
@@ -113,7 +113,7 @@ def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
     Parameters
     ----------
     walk_rad_s : ndarray, shape (N, 3)
-        Angular rate of a thigh or shank in walking, as from `walking_band`.
+        Angular rate of a thigh or shank in walking, as from `walking_band`, no NaN.
     left : ndarray, shape (3,)
         Mediolateral axis in the sensor frame.
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from narx.anatomical_frame import (
+    MIN_WALK_S,
     excursion_rad,
     frame_from_gravity,
     frame_from_left,
@@ -230,8 +231,11 @@ def _walking(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, st
     force = trial.imus[segment].accelerometer_m_s2[_walking_samples(trial)]
     up = up_from_gravity(force if standing is None else standing, f"{trial.name}, '{segment}'")
     walk = _walk(trial, segment, bias)
-    if not len(walk):
-        raise RecordingError(f"{trial.name}: no 2 s of walking without a gap to calibrate from")
+    if len(walk) < MIN_WALK_S * trial.sampling_rate_hz:
+        raise RecordingError(
+            f"{trial.name}: {len(walk) / trial.sampling_rate_hz:.1f} s of walking by "
+            f"'{segment}' to calibrate from, expected at least {MIN_WALK_S:g} s"
+        )
     left = principal_horizontal_axis(walk, up)
     sign = swing_sign(walk, left)
     if sign == 0:
@@ -300,5 +304,7 @@ def _walking_samples(trial: Trial) -> NDArray[np.bool_]:
 
 
 def _walk(trial: Trial, segment: str, bias: FloatArray) -> FloatArray:
-    rate = trial.imus[segment].gyroscope_rad_s - bias
-    return walking_band(rate[_walking_samples(trial)], trial.sampling_rate_hz)
+    # filtered as a whole, then cut, so that a short walk is not all filter transient
+    rate = walking_band(trial.imus[segment].gyroscope_rad_s - bias, trial.sampling_rate_hz)
+    walk = rate[_walking_samples(trial)]
+    return walk[np.isfinite(walk).all(axis=1)]

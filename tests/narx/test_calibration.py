@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from narx.calibration import body_part, calibrate
+from narx.datasets.simulated_gait import SimulatedGait
 from narx.errors import RecordingError, UserError
 from narx.recording import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
 from narx.segment_angles import coupled_rates, orientation_from_angles
@@ -302,3 +303,19 @@ def test_body_part():
     assert body_part("thigh_left") == "thigh"
     assert body_part("thigh") == "thigh"
     assert body_part("imu1") == "imu1"
+
+
+def test_simulated_sensors_are_calibrated_to_their_bones():
+    source = SimulatedGait(subjects=["S2"], conditions=["normal"], treadmill_duration_s=20.0)
+    trial = next(iter(source))
+    truth = source.truth(trial.subject, trial.condition, trial.trial)
+    for segment, calibrated in calibrate(trial).items():
+        assert "functional" in " ".join(calibrated.notes)
+        bone, sensor = (
+            Rotation.from_quat(of[segment][:500], scalar_first=True)
+            for of in (truth.segment_wxyz, truth.sensor_wxyz)
+        )
+        error = (calibrated.sensor_to_anatomical * (sensor.inv() * bone)).mean().as_rotvec()
+        # gravity gives two directions well; the movement's axis, imperfect as people are, less so
+        assert np.degrees(np.abs(error[:2])).max() < 4.0, segment
+        assert np.degrees(abs(error[2])) < 12.0, segment
