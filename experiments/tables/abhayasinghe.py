@@ -243,7 +243,7 @@ def phase_tables(
             pd.DataFrame(points).set_index("Point"),
             {"mean error (ms)": 0, "SD (ms)": 0},
             "Point c crosses no zero: it is the relative maximum of the derivative. Error = "
-            "detected - true time, of the points that have a truth: b the foot's own contact, c the "
-            "other foot's toe-off, e the other foot's contact, f its own toe-off.",
+            "detected - true time, of the points that have a truth: b is the foot's own contact, "
+            "c the other foot's toe-off, e the other foot's contact, f its own toe-off.",
         ),
     ]
