@@ -61,6 +61,9 @@ PHASES: Mapping[str, tuple[str, str]] = MappingProxyType(
 _LOW_PASS_HZ = 6.0
 # harmonics of the stride that outline it: one swing lobe, one dip in stance
 _OUTLINE_HARMONICS = 2.5
+# from the end of swing, initial contact comes within this part of a stride (it takes a tenth),
+# the end of mid stance after it (a third)
+_LANDING_STRIDES = 0.22
 
 
 @dataclass(frozen=True)
@@ -225,9 +228,10 @@ def _strides(
             continue  # a pause
         a = _first(falls, swing, next_swing)
         e = _last(rises, a, next_swing)
-        # the thigh goes back fastest here; what dips before it is initial contact
-        d = _deepest(turns_up, smooth, a, e)
-        b = _first(turns_up, a, d)
+        # the foot lands soon after the thigh has stopped swinging; the other dip is mid stance
+        landed = a + _LANDING_STRIDES * sampling_rate_hz / frequency_hz
+        b = _first(turns_up, a, landed)
+        d = _deepest(turns_up, smooth, landed, e)
         c = _highest(humps, derivative, b, d)
         f = _highest(turns_down, smooth, e, e + 0.5 * sampling_rate_hz / frequency_hz)
         strides.append({"a": a, "b": b, "c": c, "d": d, "e": e, "f": f, "g": np.nan})
