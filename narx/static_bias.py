@@ -126,8 +126,12 @@ def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float
     margin = max(1, round(0.1 * sampling_rate_hz))
     ends = []
     for rate in gyroscopes_rad_s:
-        smooth = uniform_filter1d(rate, margin, axis=0, mode="nearest")
-        speed = np.linalg.norm(smooth - np.nanmedian(rate[:first], axis=0), axis=1)
+        if not np.isfinite(rate[:first]).all(axis=1).any():
+            return 0.0
+        deviation = rate - np.nanmedian(rate[:first], axis=0)
+        # what is missing at rest does not end the rest
+        smooth = uniform_filter1d(np.nan_to_num(deviation), margin, axis=0, mode="nearest")
+        speed = np.linalg.norm(smooth, axis=1)
         moving = np.flatnonzero(speed > REST_RAD_S)
         ends.append(moving[0] if moving.size else len(rate))
     return max(0.0, float((min(ends) - 1 - margin) / sampling_rate_hz))

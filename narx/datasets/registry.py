@@ -7,7 +7,17 @@ from typing import NamedTuple
 
 
 class PublicRecordings(NamedTuple):
-    """Where a source is published, at a fixed commit."""
+    """Where a source is published, at a fixed commit.
+
+    Parameters
+    ----------
+    url : str
+        Address that file names are appended to.
+    licence : str
+        The recordings' own licence.
+    sha256 : dict of str to str
+        Path below the address to 64 hexadecimal digits.
+    """
 
     url: str
     licence: str

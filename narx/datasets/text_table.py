@@ -38,7 +38,7 @@ def read_numbers(
         Whether the last line must end in a line break: without it a file cut off inside its
         last number would go unnoticed.
     missing_allowed : bool
-        Whether a cell may be empty or NaN, a missing value.
+        Whether a cell may be empty, ``n/a`` or NaN: a missing value.
 
     Returns
     -------
@@ -120,7 +120,7 @@ def _number(cell: str, missing_allowed: bool) -> float:
     try:
         number = float(cell)
     except ValueError:
-        return math.nan if missing_allowed and not cell.strip() else math.inf
+        return math.nan if missing_allowed and cell.strip() in ("", "n/a") else math.inf
     return number if missing_allowed or not math.isnan(number) else math.inf
 
 

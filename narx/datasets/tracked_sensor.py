@@ -95,7 +95,7 @@ def align_sensors(
     for segment, sensor in sensors.items():
         rate = sensor.gyroscope[:, 1:] - sensor.static_bias_rad_s
         body, removed = without_spikes(
-            sensor.optical_time_s, sensor.body_wxyz, float(np.linalg.norm(rate, axis=1).max())
+            sensor.optical_time_s, sensor.body_wxyz, float(np.nanmax(np.linalg.norm(rate, axis=1)))
         )
         if removed:
             notes.append(f"{segment}: {removed} optical samples are tracking faults, taken out")
