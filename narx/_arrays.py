@@ -65,3 +65,10 @@ def flat_weights(weights: Tensor) -> FloatArray:
 def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
     """Give an array the shape and type that the caller's tensors have."""
     return torch.from_numpy(array).reshape(shape).to(like.dtype)
+
+
+def in_lanes(n: int, width: int) -> NDArray[np.int64]:
+    """Numbers 0 to n in rows of `width`, the last filled up with -1."""
+    numbers = np.full((-(-n // width), width), -1)
+    numbers.reshape(-1)[:n] = np.arange(n)
+    return numbers

@@ -6,7 +6,7 @@ any floating type are computed in float64: a trained loop is nearly an integrato
 rounding errors about 1e5 times.
 """
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -16,9 +16,7 @@ from narx._arrays import EXACT, back, broadcast, flat, flat_weights, kernel_shap
 from narx.kernels import loop
 from narx.kernels.lanes import SCALAR
 from narx.kernels.threads import in_threads
-from narx.structure import NarxStructure
-
-Tanh = Literal["rational", "exact"]
+from narx.structure import NarxStructure, Tanh
 
 
 def closed_loop(

@@ -4,43 +4,14 @@ Forward sensitivities are carried along with the recurrence and folded into the 
 matrix while they are in the cache; the N x P Jacobian is never stored.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
 from torch import Tensor
 
-from narx._arrays import EXACT, broadcast, flat, kernel_shape, lanes_for
-from narx.closed_loop import Tanh
-from narx.kernels.normal import normal_equations
-from narx.structure import NarxStructure
-
-FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class NormalEquations:
-    """Least-squares problem of one set of weights, reduced to what Gauss-Newton needs.
-
-    Parameters
-    ----------
-    cost : float
-        Half the sum of squared residuals (output - target) over the samples that count.
-    gradient : ndarray, shape (P,)
-        Gradient of `cost`: ``J.T @ residuals``.
-    jtj : ndarray, shape (P, P)
-        ``J.T @ J``.
-    n_residuals : int
-        Samples that count.
-    final_state : ndarray, shape (..., n_state), or None
-        State after the last sample of each sequence (closed loop only).
-    """
-
-    cost: float
-    gradient: FloatArray
-    jtj: FloatArray
-    n_residuals: int
-    final_state: FloatArray | None = None
+from narx.least_squares.coupled import CoupledFit
+from narx.least_squares.network import NetworkFit
+from narx.least_squares.problem import NormalEquations
+from narx.structure import NarxStructure, Tanh
 
 
 def closed_loop_normal_equations(
@@ -84,9 +55,17 @@ def closed_loop_normal_equations(
     NormalEquations
         Cost, gradient and Gauss-Newton matrix, summed over the sequences.
     """
-    return _reduce(
-        weights, inputs, targets, state, structure, sequence_weights, washout, horizon or 0, tanh
+    fit = NetworkFit(
+        inputs,
+        targets,
+        state,
+        structure=structure,
+        sequence_weights=sequence_weights,
+        washout=washout,
+        horizon=horizon,
+        tanh=tanh,
     )
+    return fit.normal_equations(weights)
 
 
 def open_loop_normal_equations(
@@ -126,48 +105,84 @@ def open_loop_normal_equations(
     NormalEquations
         Cost, gradient and Gauss-Newton matrix, summed over the sequences.
     """
-    return _reduce(
-        weights, inputs, measured, state, structure, sequence_weights, washout, None, tanh
+    fit = NetworkFit(
+        inputs,
+        measured,
+        state,
+        structure=structure,
+        sequence_weights=sequence_weights,
+        washout=washout,
+        horizon=1,
+        tanh=tanh,
     )
+    return fit.normal_equations(weights)
 
 
-def _reduce(
+def coupled_normal_equations(
     weights: Tensor,
-    inputs: Tensor,
+    rates: Tensor,
     targets: Tensor,
-    state: Tensor | None,
+    state: Tensor | None = None,
+    posture: Tensor | None = None,
+    *,
+    rate_scale: Tensor,
+    angle_scale: Tensor,
     structure: NarxStructure,
-    sequence_weights: Tensor | None,
-    washout: int,
-    horizon: int | None,
-    tanh: Tanh,
+    axis_weights: Sequence[float] = (1.0, 1.0, 1.0),
+    sequence_weights: Tensor | None = None,
+    washout: int = 0,
+    offset_free: bool = False,
+    tanh: Tanh = "rational",
 ) -> NormalEquations:
-    weights, inputs, state = broadcast(weights, inputs, state, structure)
-    x, y, s = flat(inputs, 2), flat(targets.expand(inputs.shape[:-1]), 1), flat(state, 1)
-    roots = np.ones(len(x))
-    if sequence_weights is not None:
-        roots = np.sqrt(flat(sequence_weights.expand(inputs.shape[:-2]), 0).reshape(-1))
-    lanes = lanes_for(len(x))
-    width, n_weights = len(lanes), structure.n_weights
-    groups = np.full((-(-len(x) // width), width), -1)
-    groups.reshape(-1)[: len(x)] = np.arange(len(x))
-    n_rows = n_weights // 4 * 4 + 4
-    sums = np.zeros((n_rows, n_rows, 8))
-    final = np.empty_like(s)
-    if len(x):
-        w = flat(weights[(0,) * (weights.ndim - 1)], 1).reshape(-1)
-        packed = np.repeat(w[:, None], width, axis=1)
-        lengths = np.full(len(x), x.shape[1])
-        normal_equations(
-            packed, x, y, s, roots, lengths, groups, washout, horizon or 0, final, sums,
-            kernel_shape(structure), lanes, EXACT[tanh], None if horizon is None else True,
-        )  # fmt: skip
-    products = sums.sum(axis=-1)
-    products = np.tril(products) + np.tril(products, -1).T
-    return NormalEquations(
-        0.5 * float(products[n_weights, n_weights]),
-        products[n_weights, :n_weights].copy(),
-        products[:n_weights, :n_weights].copy(),
-        int(np.count_nonzero(~np.isnan(y[:, washout:]))),
-        None if horizon is None else final.reshape(state.shape),
+    """Reduce the fit of one network to three coupled axes to its normal equations.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (P,) or (3, P)
+        Flat weights, one set for all axes or a set for each.
+    rates : Tensor, shape (..., N, 3)
+        Gyroscope about the axes, rad/s, finite (shorter sequences are padded, with NaN targets).
+    targets : Tensor, shape (..., N, 3)
+        Angles wanted, rad; NaN samples do not count (the recurrence runs on).
+    state : Tensor, shape (..., 3, n_state), optional
+        Normalised state before the first sample; zero if not given.
+    posture : Tensor, shape (..., 3), optional
+        Angles at a network output of zero, rad; zero if not given.
+    rate_scale : Tensor, shape (3,)
+        Rate that is 1 to the network, rad/s.
+    angle_scale : Tensor, shape (3,)
+        Angle that an output of 1 stands for, rad.
+    structure : NarxStructure
+        Sizes of the network; one input.
+    axis_weights : sequence of three floats
+        Factors on the squared residuals of each axis.
+    sequence_weights : Tensor, shape (...), optional
+        Factor on the squared residuals of each sequence; 1 if not given.
+    washout : int
+        Initial samples of each sequence that do not count.
+    offset_free : bool
+        Take each sequence's mean residual off, axis by axis, before squaring.
+    tanh : {"rational", "exact"}
+        As in `narx.coupled_loop.coupled_closed_loop`.
+
+    Returns
+    -------
+    NormalEquations
+        Cost (rad^2), gradient and Gauss-Newton matrix by the flattened weights, summed over
+        sequences and axes.
+    """
+    fit = CoupledFit(
+        rates,
+        targets,
+        state,
+        posture,
+        rate_scale=rate_scale,
+        angle_scale=angle_scale,
+        structure=structure,
+        axis_weights=axis_weights,
+        sequence_weights=sequence_weights,
+        washout=washout,
+        offset_free=offset_free,
+        tanh=tanh,
     )
+    return fit.normal_equations(weights)

@@ -5,6 +5,10 @@ One network step is ``p_k = b2 + w2 . tanh(W1 x_k + b1)`` with the features
 """
 
 from dataclasses import dataclass
+from typing import Literal
+
+# rational: a ratio of polynomials, within a few units of the last place; exact: the C library's
+Tanh = Literal["rational", "exact"]
 
 
 @dataclass(frozen=True)

@@ -191,6 +191,37 @@ def clamp(typingctx: Any, value: Any, limit: Any) -> Any:
     return value(value, types.float64), codegen
 
 
+def _by_llvm(name: str) -> Any:
+    """Make an intrinsic of one floating-point argument from LLVM's of that name."""
+
+    def typed(typingctx: Any, x: Any) -> Any:
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+            kind = args[0].type
+            suffix = f"v{kind.count}f64" if isinstance(kind, ir.VectorType) else "f64"
+            function = cgutils.get_or_insert_function(
+                builder.module, ir.FunctionType(kind, [kind]), f"llvm.{name}.{suffix}"
+            )
+            return builder.call(function, args)
+
+        return x(x), codegen
+
+    return intrinsic(typed)
+
+
+nearest = _by_llvm("rint")
+magnitude = _by_llvm("fabs")
+
+
+@intrinsic
+def where_less(typingctx: Any, x: Any, limit: Any, yes: Any, no: Any) -> Any:
+    """Choose lane by lane: `yes` where x < limit, else `no` (there too if x is NaN)."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
+        return builder.select(builder.fcmp_ordered("<", args[0], args[1]), args[2], args[3])
+
+    return x(x, x, x, x), codegen
+
+
 @intrinsic
 def _lane(typingctx: Any, value: Any, index: Any) -> Any:
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
@@ -207,23 +238,35 @@ def _with_lane(typingctx: Any, value: Any, index: Any, number: Any) -> Any:
     return value(value, index, types.float64), codegen
 
 
-def exact_tanh(x: Any) -> Any:
-    """Hyperbolic tangent of the C library, lane by lane."""
-    raise NotImplementedError
+def _by_lane(function: Any) -> Any:
+    """Make a function that applies one of numba's to every lane."""
+
+    def placeholder(x: Any) -> Any:
+        raise NotImplementedError
+
+    @overload(placeholder)
+    def _typed(x: Any) -> Any:
+        if not isinstance(x, Vector):
+
+            def alone(x: Any) -> Any:
+                return function(x)
+
+            return alone
+        width = x.width
+
+        def by_lane(x: Any) -> Any:
+            for lane in range(width):
+                x = _with_lane(x, lane, function(_lane(x, lane)))
+            return x
+
+        return by_lane
+
+    return placeholder
 
 
-@overload(exact_tanh)
-def _exact_tanh(x: Any) -> Any:
-    if not isinstance(x, Vector):
-        return lambda x: math.tanh(x)
-    width = x.width
-
-    def by_lane(x: Any) -> Any:
-        for lane in range(width):
-            x = _with_lane(x, lane, math.tanh(_lane(x, lane)))
-        return x
-
-    return by_lane
+exact_tanh = _by_lane(math.tanh)
+exact_sin = _by_lane(math.sin)
+exact_cos = _by_lane(math.cos)
 
 
 __all__ = [
@@ -231,11 +274,16 @@ __all__ = [
     "SCALAR",
     "VECTOR",
     "clamp",
+    "exact_cos",
+    "exact_sin",
     "exact_tanh",
     "length",
     "load",
+    "magnitude",
+    "nearest",
     "njit",
     "splat",
     "spread",
     "store",
+    "where_less",
 ]

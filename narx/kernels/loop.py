@@ -112,7 +112,7 @@ def adjoint(
             fetch_inputs(inputs, state, sequence, start, n, x, shape, lanes)
             fetch_outputs(outputs, state, sequence, start, n, y, shape, lanes)
             predict(packed, x, y, out, h, n, shape, lanes, exact)
-            linearise(packed, x, y, h, rows, feedback, 0, n, shape, lanes, True)
+            linearise(packed, x, y, h, rows, 0, lead, feedback, 0, n, shape, lanes, True)
             lam[:] = 0.0
             for lane in range(width):
                 for t in range(n):
@@ -196,11 +196,11 @@ def jacobian(
             if recurrent is None:
                 fetch_outputs(measured, state, sequence, start, n, y, shape, lanes)
                 predict(packed, x, y, out, h, n, shape, lanes, exact)
-                linearise(packed, x, y, h, rows, feedback, 0, n, shape, lanes, recurrent)
+                linearise(packed, x, y, h, rows, 0, lead, feedback, 0, n, shape, lanes, recurrent)
             else:
                 fetch_outputs(outputs, state, sequence, start, 0, out, shape, lanes)
                 advance(packed, x, out, h, 0, n, shape, lanes, exact)
-                linearise(packed, x, out, h, rows, feedback, 0, n, shape, lanes, recurrent)
+                linearise(packed, x, out, h, rows, 0, lead, feedback, 0, n, shape, lanes, recurrent)
                 propagate(rows, feedback, 0, n, shape, lanes)
             for lane in range(used):
                 q = group + lane

@@ -74,7 +74,7 @@ def normal_equations(
                 fetch_outputs(targets, state, sequence, start, n, y, shape, lanes)
                 whole &= skip_missing(y, root, n, n_out, width)
                 predict(weights, x, y, out, h, n, shape, lanes, exact)
-                linearise(weights, x, y, h, rows, feedback, 0, n, shape, lanes, recurrent)
+                linearise(weights, x, y, h, rows, 0, lead, feedback, 0, n, shape, lanes, recurrent)
                 residuals(out, targets, sequence, start, 0, n, rows, n_weights, n_out, width)
             else:
                 begin = 0
@@ -85,7 +85,9 @@ def normal_equations(
                             restart(y, begin, targets, state, sequence, start, since, n_out)
                         end = min(n, begin + horizon - (start + begin) % horizon)
                     advance(weights, x, y, h, begin, end, shape, lanes, exact)
-                    linearise(weights, x, y, h, rows, feedback, begin, end, shape, lanes, True)
+                    linearise(
+                        weights, x, y, h, rows, 0, lead, feedback, begin, end, shape, lanes, True
+                    )
                     if horizon > 0:
                         cut(feedback, begin, end, since)
                     propagate(rows, feedback, begin, end, shape, lanes)

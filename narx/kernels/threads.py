@@ -1,15 +1,18 @@
 """Threads over sequences: the kernels release the interpreter's lock."""
 
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 
 import torch
 
+_PREFIX = "narx-kernel"
+
 
 @lru_cache(maxsize=4)
 def _pool(n_threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(n_threads, thread_name_prefix="narx")
+    return ThreadPoolExecutor(n_threads, thread_name_prefix=_PREFIX)
 
 
 def in_threads(work: Callable[[int, int], None], n: int, step: int) -> None:
@@ -25,7 +28,8 @@ def in_threads(work: Callable[[int, int], None], n: int, step: int) -> None:
         Items that are done together: parts are multiples of it.
     """
     n_threads = min(torch.get_num_threads(), -(-n // step))
-    if n_threads <= 1:
+    # work that is itself done in a thread of the pool must not wait for others in it
+    if n_threads <= 1 or threading.current_thread().name.startswith(_PREFIX):
         if n:
             work(0, n)
         return

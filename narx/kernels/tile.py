@@ -84,6 +84,8 @@ def linearise(
     y: Any,
     h: Any,
     rows: Any,
+    row: int,
+    lead: int,
     feedback: Any,
     start: int,
     stop: int,
@@ -93,6 +95,7 @@ def linearise(
 ) -> None:
     """Differentiate samples: by weights to `rows`, by the outputs before to `feedback`.
 
+    The first weight's row is `row`, the column of sample 0 `lead`.
     Without `recurrent`, `feedback` is left alone. Up to seven columns beyond the last are
     written as well.
     """
@@ -101,27 +104,27 @@ def linearise(
     bias, slope = n_hidden * n_features, n_hidden * (n_features + 1)
     v = VECTOR
     for at in range(start * width, stop * width, 8):
-        to = at + head(n_out, width)
+        to = at + lead
         for j in range(n_hidden):
             activation = load(v, h, (j, at))
             w = spread(v, lanes, weights, (slope + j, 0))
             d = w - (w * activation) * activation
-            store(v, rows, (bias + j, to), d)
-            store(v, rows, (slope + j, to), activation)
+            store(v, rows, (row + bias + j, to), d)
+            store(v, rows, (row + slope + j, to), activation)
             for i in range(n_in):
                 for c in range(n_inputs):
                     p = load(v, x, (c, at + (n_in - 1 - i) * width))
-                    store(v, rows, (j * n_features + i * n_inputs + c, to), d * p)
+                    store(v, rows, (row + j * n_features + i * n_inputs + c, to), d * p)
             for m in range(n_out):
                 p = load(v, y, (0, at + (n_out - 1 - m) * width))
-                store(v, rows, (j * n_features + n_v + m, to), d * p)
-        store(v, rows, (slope + n_hidden, to), splat(v, 1.0))
+                store(v, rows, (row + j * n_features + n_v + m, to), d * p)
+        store(v, rows, (row + slope + n_hidden, to), splat(v, 1.0))
         if recurrent is not None:
             for m in range(n_out):
                 a = splat(v, 0.0)
                 for j in range(n_hidden):
                     w = spread(v, lanes, weights, (j * n_features + n_v + m, 0))
-                    a = a + w * load(v, rows, (bias + j, to))
+                    a = a + w * load(v, rows, (row + bias + j, to))
                 store(v, feedback, (m, at), a)
 
 

@@ -1,0 +1,1 @@
+"""Least-squares problems of NARX networks, for `narx.levenberg_marquardt`."""
