@@ -153,13 +153,22 @@ class SimulatedGait(TrialSource):
             trials_per_condition = 1 if protocol == "treadmill" else 3
         for key, value in {
             "trials_per_condition": trials_per_condition,
-            "treadmill_duration_s": treadmill_duration_s,
             "sampling_rate_hz": sampling_rate_hz,
-            "stand_s": stand_s[0],
-            "steps": steps[0],
         }.items():
             if not value > 0:
                 raise UserError(f"simulated_gait: {key}={value}, expected more than 0")
+        if not treadmill_duration_s > TREADMILL_STAND_S + TREADMILL_RISE_S:
+            raise UserError(
+                f"simulated_gait: treadmill_duration_s={treadmill_duration_s}, expected more than "
+                f"{TREADMILL_STAND_S + TREADMILL_RISE_S:g} (stand and start of the belt)"
+            )
+        for key, (least, most) in {"stand_s": stand_s, "steps": steps}.items():
+            if not 0 < least <= most:
+                raise UserError(
+                    f"simulated_gait: {key}=[{least}, {most}], expected [shortest, longest] above 0"
+                )
+        if not self.segments:
+            raise UserError("simulated_gait: segments is empty, expected at least one")
         self.trials_per_condition = int(trials_per_condition)
         self.treadmill_duration_s = float(treadmill_duration_s)
         self.stand_s = (float(stand_s[0]), float(stand_s[1]))

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from narx.simulation.calculus import smooth_step
-from narx.simulation.random_numbers import smooth_noise
-from narx.simulation.walker import JOINTS
-from narx.simulation.walking import SWAY_BANDWIDTH_HZ, SWAY_SD_DEG
+from narx.simulation.walking import postural_sway
 
 FloatArray = NDArray[np.float64]
 
@@ -76,11 +74,7 @@ def calibration_angles(
     dict of str to ndarray, shape (N, 3)
         Joint angles in rad, as in `narx.simulation.skeleton.segment_orientations`.
     """
-    sway = smooth_noise(rng, time_s[0], time_s[-1], SWAY_BANDWIDTH_HZ, 3 * len(JOINTS))(time_s)
-    angles = {
-        joint: np.radians(SWAY_SD_DEG) * sway[:, 3 * k : 3 * k + 3]
-        for k, joint in enumerate(JOINTS)
-    }
+    angles = postural_sway(rng, time_s)
     if part == "standing":
         return angles
     movement, side = part.rsplit("_", 1)

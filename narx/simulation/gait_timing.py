@@ -151,10 +151,12 @@ def overground_timing(
         Mean duration of a stride.
     toe_off, left_lag : float
         Phase of a leg at its toe-off; phase of the right leg at the left heel strike.
-    stand_s, stand_after_s : float
-        Standing before and after.
+    stand_s : float
+        Standing before.
     n_steps : int
         Steps, the closing one included.
+    stand_after_s : float
+        Standing after.
     channels : int
         Number of sequences of stride-to-stride variation.
 
@@ -164,12 +166,11 @@ def overground_timing(
         Its events leave out the closing step, which is set down flat; its last toe-off counts.
     """
     first_phase = 0.5 * rng.integers(2)
-    timing = _timing(
+    return _timing(
         rng, stride_s, np.ones(n_steps + 2), first_phase, toe_off, left_lag, stand_s,
         stand_s + 0.5 * n_steps * stride_s, (0.6 * stride_s, 0.6 * stride_s),
         stand_s + 0.5 * n_steps * stride_s + stand_after_s, channels,
     )  # fmt: skip
-    return timing
 
 
 def _timing(

@@ -17,10 +17,10 @@ from narx.simulation.skeleton import SkeletonMotion
 FloatArray = NDArray[np.float64]
 
 # standard deviation of the tissue's rotation per angle of the joint, about each anatomical axis
-# (x, y, z). In walking this makes about 2 deg RMS on the thigh and 1 deg on the shank for a
-# strapped sensor, and 3 and 1.5 deg, most about the long axis, for skin markers: the order of
-# Leardini et al., Gait & Posture 21:212, 2005; Benoit et al., Gait & Posture 24:152, 2006; Barre
-# et al., Trans Biomed Eng 60:3131, 2013.
+# (x, y, z). In walking this makes, RMS about x, y, z, some (1.7, 1.7, 1.1) deg on the thigh and
+# (0.8, 0.7, 0.5) on the shank for strapped sensors, (1.4, 1.4, 3.7) and (0.4, 0.6, 1.1) for skin
+# markers, the order of Leardini et al., Gait & Posture 21:212, 2005; Benoit et al., Gait &
+# Posture 24:152, 2006; Barre et al., IEEE Trans Biomed Eng 60:3131, 2013.
 SENSOR_GAIN = {"pelvis": (0.03, 0.03, 0.03), "thigh": (0.06, 0.06, 0.06), "shank": (0.03,) * 3}
 MARKER_GAIN = {
     "pelvis": (0.03, 0.03, 0.03),

@@ -32,6 +32,28 @@ IMPACT_TIME_S = 0.010
 IMPACT_SHARE = {"shank": 1.0, "thigh": 0.4, "pelvis": 0.2}
 
 
+def postural_sway(rng: np.random.Generator, time_s: FloatArray) -> dict[str, FloatArray]:
+    """Sway of a person who means to keep still.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Source of randomness.
+    time_s : ndarray, shape (N,)
+        Clock.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (N, 3)
+        Joint angles in rad.
+    """
+    # whole seconds around the clock, so that the sway is the same at every sampling rate
+    begin, end = np.floor(time_s[0]) - 1.0, np.ceil(time_s[-1]) + 1.0
+    sway = smooth_noise(rng, begin, end, SWAY_BANDWIDTH_HZ, 3 * len(JOINTS))(time_s)
+    sway *= np.radians(SWAY_SD_DEG)
+    return {joint: sway[:, 3 * k : 3 * k + 3] for k, joint in enumerate(JOINTS)}
+
+
 def walk(
     pattern: WalkingPattern,
     timing: GaitTiming,
@@ -68,7 +90,7 @@ def walk(
     phase = timing.phase_of_time(time_s)
     size = timing.size(time_s)
     joint_angles = pattern.joint_angles(phase)
-    sway = smooth_noise(rng, time_s[0], time_s[-1], SWAY_BANDWIDTH_HZ, 3 * len(JOINTS))(time_s)
+    sway = postural_sway(rng, time_s)
     for k, joint in enumerate(JOINTS):
         angles = joint_angles[joint]
         variation = timing.variation(pattern.leg_phase(joint, phase), slice(6 * k, 6 * k + 6))
@@ -77,7 +99,7 @@ def walk(
         angles *= 1.0 + SIZE_CV * variation[:, :3]
         angles += mean + np.radians(OFFSET_SD_DEG) * variation[:, 3:]
         angles *= size[:, None]
-        angles += np.radians(SWAY_SD_DEG) * sway[:, 3 * k : 3 * k + 3]
+        angles += sway[joint]
 
     motion = move(time_s, rate_hz, joint_angles, body)
     velocity = forward_velocity(

@@ -1,0 +1,63 @@
+"""When feet touch: events on the phase, stride times as published."""
+
+import numpy as np
+import pytest
+
+from narx.simulation.gait_timing import STRIDE_TIME_CV, overground_timing, treadmill_timing
+
+TOE_OFF, LAG = 0.64, 0.5
+
+
+def _treadmill(seed=0, duration_s=300.0):
+    rng = np.random.default_rng(seed)
+    return treadmill_timing(rng, 1.2, TOE_OFF, LAG, 4.0, 4.0, duration_s, 2)
+
+
+def test_events_lie_on_the_phase():
+    timing = _treadmill()
+    for name, instant in (
+        ("heel_strike_right", 0.0),
+        ("heel_strike_left", LAG),
+        ("toe_off_right", TOE_OFF),
+        ("toe_off_left", TOE_OFF + LAG),
+    ):
+        phase = timing.phase_of_time(timing.events[name]) - instant
+        np.testing.assert_allclose(phase, np.round(phase), atol=1e-4)
+        assert np.all((timing.events[name] > 4.0) & (timing.events[name] < 300.0))
+
+
+def test_stride_times_vary_as_people_s_do():
+    strides = np.concatenate(
+        [np.diff(_treadmill(seed).events["heel_strike_right"])[8:] for seed in range(10)]
+    )
+    assert strides.mean() == pytest.approx(1.2, rel=0.01)
+    assert strides.std() / strides.mean() == pytest.approx(STRIDE_TIME_CV, rel=0.25)
+    assert strides.min() > 1.0
+
+
+def test_the_belt_starts_slowly():
+    timing = _treadmill()
+    strides = np.diff(timing.events["heel_strike_right"])
+    assert strides[0] > 1.2 * strides[10:].mean()
+    size = timing.size(np.array([0.0, 4.0, 6.0, 8.0, 299.9]))
+    np.testing.assert_allclose(size, [0.0, 0.0, 0.5, 1.0, 1.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("n_steps", [1, 3, 5, 12])
+def test_steps_over_ground_are_counted(n_steps):
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        timing = overground_timing(rng, 1.1, TOE_OFF, LAG, 3.5, n_steps, 4.0, 2)
+        assert timing.start_s == pytest.approx(3.5)
+        assert timing.end_s == pytest.approx(3.5 + 0.55 * n_steps)
+        strikes = np.sort(
+            np.concatenate([timing.events[f"heel_strike_{s}"] for s in ("right", "left")])
+        )
+        # the closing step is set down flat
+        assert len(strikes) == n_steps - 1
+        assert np.all(timing.size(np.array([0.0, 3.5, timing.end_s, timing.end_s + 3.0])) == 0.0)
+
+
+def test_the_phase_always_grows():
+    timing = _treadmill(3)
+    assert np.all(np.diff(timing.phase_of_time(np.arange(-1.0, 301.0, 0.01))) > 0.0)

@@ -1,0 +1,95 @@
+"""Soft tissue, markers and mounting."""
+
+import numpy as np
+import pytest
+
+from narx.simulation.body import Body
+from narx.simulation.markers import FRAME_SD_DEG, NOISE_SD_DEG, draw_markers, track
+from narx.simulation.sensor import sensor_model
+from narx.simulation.session import draw_session
+from narx.simulation.skeleton import move
+from narx.simulation.soft_tissue import SENSOR_GAIN, draw_soft_tissue
+from narx.simulation.walker import JOINTS
+
+BODY = Body(1.7, 65.0)
+RATE_HZ = 100.0
+
+
+def _motion(n, knee_deg=0.0):
+    angles = {joint: np.zeros((n, 3)) for joint in JOINTS}
+    angles["knee_right"][:, 0] = np.radians(knee_deg)
+    return move(np.arange(n) / RATE_HZ, RATE_HZ, angles, BODY)
+
+
+def test_tissue_rests_in_the_calibration_posture_and_follows_the_joint():
+    tissue = draw_soft_tissue(np.random.default_rng(0), "shank_right", SENSOR_GAIN, True)
+    assert tissue.rotation(_motion(3)).magnitude().max() == 0.0
+    small, large = (tissue.rotation(_motion(1, a)).as_rotvec()[0] for a in (10.0, 60.0))
+    np.testing.assert_allclose(large, 6.0 * small, atol=1e-12)
+
+
+def test_tissue_of_the_thigh_follows_hip_and_knee():
+    tissue = draw_soft_tissue(np.random.default_rng(0), "thigh_left", SENSOR_GAIN, True)
+    assert set(tissue.gains) == {"hip_left", "knee_left"}
+
+
+def test_markers_see_posture_as_zero_but_for_noise():
+    rng = np.random.default_rng(0)
+    markers = draw_markers(rng, "shank_right")
+    wxyz = track(markers, _motion(2000), "shank_right", slice(None), rng)
+    vector = 2.0 * wxyz[np.isfinite(wxyz[:, 0]), 1:]
+    np.testing.assert_allclose(vector.mean(axis=0), 0.0, atol=np.radians(0.02))
+    np.testing.assert_allclose(np.degrees(vector.std(axis=0)), NOISE_SD_DEG, rtol=0.1)
+
+
+def test_markers_are_hidden_now_and_then_and_nan_as_a_row():
+    rng = np.random.default_rng(0)
+    markers = draw_markers(rng, "thigh_right")
+    hidden = []
+    for _ in range(20):
+        wxyz = track(markers, _motion(6000), "thigh_right", slice(None), rng)
+        missing = np.isnan(wxyz)
+        np.testing.assert_array_equal(missing.any(axis=1), missing.all(axis=1))
+        hidden.append(missing[:, 0].mean())
+    # one gap a minute, 0.2 s long
+    assert np.mean(hidden) == pytest.approx(0.2 / 60.0, rel=0.7)
+
+
+def test_a_misplaced_frame_turns_flexion_into_abduction():
+    rng = np.random.default_rng(0)
+    leaks = []
+    for _ in range(200):
+        markers = draw_markers(rng, "shank_right")
+        wxyz = track(markers, _motion(5, 60.0), "shank_right", slice(None), rng)
+        leaks.append(np.degrees(2.0 * wxyz[0, 1]))
+    # sin(3 deg) of a 60 degree turn, and the tissue on top
+    expected = 2.0 * np.degrees(np.sin(np.radians(30.0))) * np.radians(FRAME_SD_DEG[2])
+    assert np.std(leaks) == pytest.approx(np.hypot(expected, 0.03 * 60.0), rel=0.2)
+
+
+@pytest.mark.parametrize(("mounting", "least", "most"), [("random", 60, 180), ("strapped", 5, 40)])
+def test_mounting(mounting, least, most):
+    model = sensor_model("physilog")
+    sizes, places = [], []
+    for seed in range(60):
+        session = draw_session(seed, "S1", BODY, model, mounting, ["thigh_right", "thigh_left"])
+        right, left = session.mountings["thigh_right"], session.mountings["thigh_left"]
+        sizes.append(np.degrees(right.orientation.magnitude()))
+        places.append([right.offset_m, left.offset_m])
+    assert least < np.mean(sizes) < most
+    right, left = np.mean(places, axis=0)
+    np.testing.assert_allclose(right, left * [1, -1, 1], atol=0.015)
+    assert right[1] < -0.05  # lateral
+    assert -BODY.thigh_m < right[2] < 0.0
+
+
+def test_a_session_does_not_depend_on_the_segments_asked_for():
+    model = sensor_model("physilog")
+    one = draw_session(3, "S1", BODY, model, "random", ["shank_left"])
+    all_ = draw_session(3, "S1", BODY, model, "random", ["pelvis", "thigh_left", "shank_left"])
+    np.testing.assert_array_equal(
+        one.gyroscopes["shank_left"].bias, all_.gyroscopes["shank_left"].bias
+    )
+    np.testing.assert_array_equal(
+        one.mountings["shank_left"].offset_m, all_.mountings["shank_left"].offset_m
+    )
