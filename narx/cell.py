@@ -66,6 +66,11 @@ class NarxCell(nn.Module):
     input_lags: Final[int]
     output_lags: Final[int]
     coupled: Final[bool]
+    weights: Tensor
+    rate_offset: Tensor
+    rate_scale: Tensor
+    angle_offset: Tensor
+    angle_scale: Tensor
 
     def __init__(
         self,

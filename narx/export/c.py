@@ -1,0 +1,141 @@
+"""C: one ISO C99 file and its header, for a microcontroller or any other language."""
+
+import os
+import re
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import Literal, get_args
+
+import numpy as np
+
+from narx.cell import SMALLEST_COS_FRONTAL
+from narx.checkpoint import Checkpoint
+from narx.errors import UserError
+from narx.export.recurrence import ExportedNarx
+from narx.files import atomic_path
+
+Precision = Literal["double", "float"]
+
+# a number's suffix and a function's are the same letter in C
+_SUFFIX = {"double": "", "float": "f"}
+
+
+def sources(
+    checkpoint: Checkpoint, header_name: str, precision: Precision = "double"
+) -> tuple[str, str]:
+    """Write a network with its start-up as C.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to carry.
+    header_name : str
+        Name under which the C file includes its header.
+    precision : {"double", "float"}
+        Type of all numbers.
+
+    Returns
+    -------
+    source, header : str
+        Content of the two files.
+
+    Raises
+    ------
+    UserError
+        If the precision is unknown.
+    """
+    if precision not in get_args(Precision):
+        raise UserError(
+            f"precision is '{precision}', expected one of {', '.join(get_args(Precision))}"
+        )
+    values = _values(checkpoint, _SUFFIX[precision]) | {
+        "title": f"NARX orientation network at {checkpoint.model.sampling_rate_hz:g} Hz",
+        "real": precision,
+        "header": header_name,
+        "guard": re.sub(r"\W", "_", f"NARX_{header_name}").upper(),
+    }
+    folder = resources.files("narx.export")
+    source, header = (
+        Template((folder / name).read_text(encoding="utf-8")).substitute(values)
+        for name in ("template.c", "template.h")
+    )
+    return source, header
+
+
+def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
+    def number(value: float) -> str:
+        return f"{float(value)!r}{suffix}"
+
+    def row(values: np.ndarray) -> str:
+        return ", ".join(number(value) for value in values)
+
+    narx = ExportedNarx(checkpoint)
+    model, start_up = checkpoint.model, checkpoint.start_up
+    structure, scaled = model.structure, model.normalisation
+    weights = model.weights.detach().numpy()
+    w1 = weights[structure.w1].reshape(structure.hidden, structure.n_features)
+    interval_s = 1.0 / narx.sampling_rate_hz
+    # which samples are averaged is decided here, so that rounding of the time cannot move it
+    time_s = np.cumsum(np.full(narx.start_up_samples, interval_s))
+    averaged = int(np.sum(time_s > start_up.duration_s - start_up.averaging_s))
+    numbers = {
+        "sampling_rate_hz": narx.sampling_rate_hz,
+        "interval_s": interval_s,
+        "leak_rad_s": start_up.leak_rad_s,
+        "settling_gain": start_up.settling_gain,
+        "settling_s": start_up.settling_s,
+        "smallest_cos_frontal": SMALLEST_COS_FRONTAL,
+        "rate_offset": scaled.rate_offset_rad_s,
+        "rate_scale": scaled.rate_scale_rad_s,
+        "angle_offset": scaled.angle_offset_rad,
+        "angle_scale": scaled.angle_scale_rad,
+        "b2": weights[structure.b2],
+    }
+    counts = {
+        "start_up_samples": narx.start_up_samples,
+        "averaged_samples": averaged,
+        "coupled": int(model.coupled),
+        "hidden": structure.hidden,
+        "past_inputs": structure.n_input_state,
+        "output_lags": structure.output_lags,
+        "n_state": structure.n_state,
+    }
+    return {
+        **{name: number(value) for name, value in numbers.items()},
+        **{name: str(count) for name, count in counts.items()},
+        "w1": ",\n".join(f"    {{{row(values)}}}" for values in w1),
+        "b1": row(weights[structure.b1]),
+        "w2": row(weights[structure.w2]),
+        "f": suffix,
+    }
+
+
+def write(
+    checkpoint: Checkpoint, path: str | os.PathLike[str], precision: Precision = "double"
+) -> None:
+    """Write a network as a C file, and its header beside it.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to carry.
+    path : path-like
+        Where to, ``*.c``; the header has the same name with ``.h``.
+    precision : {"double", "float"}
+        Type of all numbers.
+
+    Raises
+    ------
+    UserError
+        If the name does not end in ``.c``, or the precision is unknown.
+    """
+    target = Path(path)
+    if target.suffix != ".c":
+        raise UserError(f"output is '{target}', expected a name that ends in .c for format=c")
+    beside = target.with_suffix(".h")
+    source, header = sources(checkpoint, beside.name, precision)
+    with atomic_path(beside) as temporary:
+        temporary.write_text(header, encoding="utf-8")
+    with atomic_path(target) as temporary:
+        temporary.write_text(source, encoding="utf-8")

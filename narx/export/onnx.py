@@ -1,0 +1,63 @@
+"""ONNX: the step as a graph, state in and state out, for onnxruntime and its like."""
+
+import importlib.util
+import json
+import logging
+import os
+import warnings
+
+import torch
+
+from narx.checkpoint import Checkpoint
+from narx.errors import UserError
+from narx.export.recurrence import ExportedNarx, StepGraph, description
+from narx.files import atomic_path
+
+_LIBRARIES = ("onnx", "onnxscript")
+
+
+def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
+    """Write the step of a network as an ONNX graph in float64.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to carry.
+    path : path-like
+        Where to, usually ``*.onnx``.
+
+    Raises
+    ------
+    UserError
+        If a library is not installed.
+
+    Notes
+    -----
+    Inputs ``axis_rates`` and ``state``, outputs ``angles`` and ``new_state``, as
+    `narx.export.recurrence.StepGraph`. The file's metadata hold
+    `narx.export.recurrence.description` under the key ``narx``, as JSON.
+    """
+    missing = [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]
+    if missing:
+        raise UserError(
+            f"format=onnx needs {' and '.join(missing)}, not installed; "
+            "pip install 'narx-orientation[onnx]'"
+        )
+    narx = ExportedNarx(checkpoint)
+    # operators of packages that are not there do not matter here
+    logging.getLogger("torch.onnx._internal.exporter._registration").setLevel(logging.ERROR)
+    with torch.no_grad(), warnings.catch_warnings():
+        # torch's exporter uses what torch itself deprecates
+        warnings.simplefilter("ignore")
+        program = torch.onnx.export(
+            StepGraph(narx).eval(),
+            (torch.zeros(3, dtype=torch.float64), narx.start()),
+            input_names=["axis_rates", "state"],
+            output_names=["angles", "new_state"],
+            dynamo=True,
+            verbose=False,
+        )
+    assert program is not None
+    program.model.metadata_props["narx"] = json.dumps(description(narx))
+    with atomic_path(path) as temporary:
+        program.save(temporary, external_data=False)

@@ -1,0 +1,78 @@
+"""Networks of several shapes, a recording with gaps, and what the package makes of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from narx.checkpoint import Checkpoint
+from narx.method import SegmentSignals
+from narx.model import Narx
+from narx.normalisation import Normalisation
+from narx.start_up import StartUp
+from narx.structure import NarxStructure
+
+RATE_HZ = 50.0
+
+
+def make_checkpoint(
+    *, odd=True, coupled=True, hidden=3, input_lags=2, output_lags=2, duration_s=3.0
+):
+    offsets = (0.0, 0.0) if odd or coupled else (0.1, -0.05)
+    model = Narx(
+        RATE_HZ,
+        Normalisation(3.0, 0.5, *offsets),
+        NarxStructure(hidden, 1, input_lags, output_lags),
+        odd,
+        coupled,
+    )
+    generator = torch.Generator().manual_seed(hidden + 10 * output_lags)
+    weights = 0.4 * torch.randn(model.weights.shape, generator=generator, dtype=torch.float64)
+    with torch.no_grad():
+        model.weights.copy_(weights * model.trainable)
+    return Checkpoint(model, StartUp(duration_s=duration_s, averaging_s=1.0))
+
+
+CHECKPOINTS = {
+    "default": make_checkpoint(),
+    "biases": make_checkpoint(odd=False),
+    "axis_by_axis": make_checkpoint(coupled=False),
+    "offsets": make_checkpoint(odd=False, coupled=False),
+    "no_start_up": make_checkpoint(odd=False, duration_s=0.0),
+    "shortest_delays": make_checkpoint(odd=False, hidden=5, input_lags=1, output_lags=1),
+    "longer_delays": make_checkpoint(hidden=2, input_lags=4, output_lags=3),
+    "never_over": make_checkpoint(duration_s=60.0),
+}
+STARTS = {"unknown": None, "known": np.array([0.3, -0.1, 0.2])}
+
+
+@pytest.fixture(params=CHECKPOINTS.values(), ids=CHECKPOINTS.keys())
+def checkpoint(request):
+    return request.param
+
+
+@pytest.fixture(params=STARTS.values(), ids=STARTS.keys())
+def initial_angles(request):
+    return request.param
+
+
+@pytest.fixture
+def own_scaling():
+    return replace(CHECKPOINTS["default"], axis_scaling="own")
+
+
+@pytest.fixture(scope="session")
+def rates():
+    """Ten seconds, fast enough to tumble through 90 degrees, with missing samples."""
+    rates = np.random.default_rng(0).normal(scale=3.0, size=(500, 3))
+    rates[[40, 41, 300], :] = np.nan
+    rates[420, 1] = np.nan
+    return rates
+
+
+@pytest.fixture
+def expected(checkpoint, rates, initial_angles):
+    """The package's angles over the whole recording."""
+    signals = SegmentSignals("thigh", RATE_HZ, rates, np.zeros_like(rates), initial_angles)
+    return checkpoint.method().estimate(signals)
