@@ -77,7 +77,7 @@ SENSORS = {
     "physilog": SensorModel(
         gyroscope=TriadModel(
             full_range=900 * _DEG, scale_sd=0.005, misalignment_sd_rad=0.5 * _DEG,
-            bias_sd=1.0 * _DEG, instability=0.01 * _DEG, instability_time_s=100.0,
+            bias_sd=1.0 * _DEG, instability=0.005 * _DEG, instability_time_s=100.0,
             random_walk=0.001 * _DEG, noise_density=0.05 * _DEG,
         ),
         accelerometer=TriadModel(
