@@ -32,7 +32,7 @@ class Giof(OrientationMethod):
     eta_m_s2 : float
         Allowed deviation of the accelerometer's norm from gravity, m/s^2.
     rate_threshold_deg_s : float
-        gamma_3: the angular rate below which the segment counts as at rest, deg/s.
+        Gamma_3: the angular rate below which the segment counts as at rest, deg/s.
     rest_s : float
         Time for which both conditions must have held before the accelerometer is believed, s.
         0 is the paper's: one sample is enough.

@@ -215,7 +215,8 @@ def count_two_point(signals: SegmentSignals) -> dict[str, float]:
     rates = counted(signals.axis_rates_rad_s, counts)
     turned = two_point._integrate(rates, "rectangle")
     gyroscope = at_start + signals.interval_s * turned
-    drift = two_point._drift_line(np.zeros(3), gyroscope[-1] - at_stop, len(gyroscope))
+    errors = gyroscope[0] - at_start, gyroscope[-1] - at_stop
+    drift = two_point._drift_line(*errors, len(gyroscope))
     two_point._compensate(gyroscope, drift)
     return _per(counts, 3 * signals.n_samples)
 

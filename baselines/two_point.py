@@ -1,6 +1,6 @@
 """2-point error estimation: the drift between two moments of standing, taken as a line."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ class TwoPointParts:
     start, stop : int or None
         Samples A and B; None where the whole recording stands still.
     gyroscope_angles_rad : ndarray, shape (N, 3)
-        Integrated gyroscope psi, which agrees with the accelerometer at A; NaN outside A..B.
+        Integrated gyroscope psi from the accelerometer's tilt at the first sample; NaN where
+        samples are missing, or where the whole recording stands still.
     drift_rad : ndarray, shape (N, 3)
         Estimated error of it, the line between A and B; NaN outside A..B.
     angles_rad : ndarray, shape (N, 3)
@@ -44,14 +45,13 @@ class TwoPoint(OrientationMethod):
     start_s, stop_s : float, optional
         Times A and B given by hand, s from the first sample; None finds them.
     gravity_threshold_g : float
-        lambda_1: largest deviation of the accelerometer's norm from 1 g while standing, g.
+        Lambda_1: largest deviation of the accelerometer's norm from 1 g while standing, g.
     rate_threshold_deg_s : float
-        lambda_2: largest rate about any axis while standing, deg/s.
+        Lambda_2: largest rate about any axis while standing, deg/s.
     still_s : float
-        lambda_3: shortest standing, s (50 samples at 100 Hz).
+        Lambda_3: shortest standing, s (50 samples at 100 Hz).
     smoothing_s : float
-        Window of the moving average over the accelerometer in standing, s (2 K + 1 = 61 samples
-        at 100 Hz).
+        Window of the averages over standing, s (2 K + 1 = 61 samples at 100 Hz).
     shaky_legs : bool
         Raise both thresholds above what the first second shows; it must be standing.
     shaky_margin : float
@@ -63,9 +63,10 @@ class TwoPoint(OrientationMethod):
     -----
     Han et al., eqs. (3) to (14), with three corrections. Eq. (3) has its absolute value in the
     wrong place (see `narx.standing.StillThresholds`). Eq. (7) sums 2 K + 1 samples and divides by
-    2 K, which makes gravity 1.7 % too large; a true mean is taken. Its window must not reach
-    from standing into the walk, so it ends at A and begins at B. Yaw is zero before A and after
-    B: right for a straight walk only.
+    2 K, which makes gravity 1.7 % too large; a true mean is taken. At A and B its window would
+    reach from standing into the walk, and a leg that begins to move tilts and accelerates at
+    once; so the errors, eqs. (10) and (11), are means of psi less tilt over the same length of
+    time before A and after B. Yaw is zero before A and after B: right for a straight walk only.
     """
 
     name = "two_point"
@@ -148,25 +149,26 @@ class TwoPoint(OrientationMethod):
         found = self._start_and_stop(signals)
         nowhere = np.full((signals.n_samples, 3), np.nan)
         if found is None:
-            standing = self._standing(signals, there)
-            return TwoPointParts(None, None, nowhere, nowhere.copy(), standing)
+            return TwoPointParts(None, None, nowhere, nowhere, self._standing(signals, there))
         start, stop = found
-        walk = slice(start, stop + 1)
-        before = self._standing(signals.select(slice(0, start + 1)), there[: start + 1])
-        after = self._standing(signals.select(slice(stop, None)), there[stop:])
-        at_start = self._nearest(signals, "before", before[::-1])
-        at_stop = self._nearest(signals, "after", after)
-        turned = _integrate(np.where(there[walk, None], rates[walk], 0.0), self.rule)
-        gyroscope = at_start + signals.interval_s * turned
-        # eqs. (10) and (11); the error at A is zero, because the integration starts there
-        error_at_stop = _short_way_round(gyroscope[-1] - at_stop)
-        drift = _drift_line(np.zeros(3), error_at_stop, len(gyroscope))
-        angles = np.concatenate([before[:-1], _compensate(gyroscope, drift), after[1:]])
-        angles[~there] = np.nan
-        gyroscope_angles, drift_line = nowhere, nowhere.copy()
-        gyroscope_angles[walk], drift_line[walk] = gyroscope, drift
-        gyroscope_angles[~there] = np.nan
-        return TwoPointParts(start, stop, gyroscope_angles, drift_line, angles)
+        tilt = self._tilt(signals, there)
+        gyroscope = tilt[there][0] + signals.interval_s * _integrate(
+            np.where(there[:, None], rates, 0.0), self.rule
+        )
+        error = _short_way_round(gyroscope - tilt)
+        at_start = self._mean_error(signals, "before", np.arange(start, -1, -1), error)
+        at_stop = self._mean_error(signals, "after", np.arange(stop, len(error)), error)
+        walk = np.arange(start, stop + 1)
+        drift, angles = nowhere, np.empty_like(nowhere)
+        error_at_stop = at_start + _short_way_round(at_stop - at_start)
+        drift[walk] = _drift_line(at_start, error_at_stop, len(walk))
+        angles[:start] = self._standing(signals.select(slice(0, start)), there[:start])
+        angles[walk] = _compensate(gyroscope[walk], drift[walk])
+        angles[stop + 1 :] = self._standing(
+            signals.select(slice(stop + 1, None)), there[stop + 1 :]
+        )
+        angles[~there] = gyroscope[~there] = np.nan
+        return TwoPointParts(start, stop, gyroscope, drift, angles)
 
     def _start_and_stop(self, signals: SegmentSignals) -> tuple[int, int] | None:
         if self.start_s is not None and self.stop_s is not None:
@@ -192,24 +194,34 @@ class TwoPoint(OrientationMethod):
                 "(start_s and stop_s may be given by hand)"
             ) from error
 
-    def _standing(self, signals: SegmentSignals, there: NDArray[np.bool_]) -> FloatArray:
-        """Accelerometer's tilt, eqs. (5) to (7), with a yaw of zero."""
+    def _tilt(self, signals: SegmentSignals, there: NDArray[np.bool_]) -> FloatArray:
+        """Accelerometer's tilt, eqs. (5) and (6), with a yaw of zero."""
         angles = np.full((signals.n_samples, 3), np.nan)
-        smooth = centred_moving_average(
-            signals.specific_force_m_s2[there], self.smoothing_s, signals.sampling_rate_hz
-        )
-        angles[there, :TRANSVERSE] = tilt_from_specific_force(smooth)
+        angles[there, :TRANSVERSE] = tilt_from_specific_force(signals.specific_force_m_s2[there])
         angles[there, TRANSVERSE] = 0.0
         return angles
 
-    def _nearest(self, signals: SegmentSignals, part: str, angles: FloatArray) -> FloatArray:
-        there = np.flatnonzero(np.isfinite(angles).all(axis=1))
-        if not there.size:
+    def _standing(self, signals: SegmentSignals, there: NDArray[np.bool_]) -> FloatArray:
+        """The same after eq. (7), a moving average of the accelerometer."""
+        smooth = signals.specific_force_m_s2.copy()
+        smooth[there] = centred_moving_average(
+            smooth[there], self.smoothing_s, signals.sampling_rate_hz
+        )
+        return self._tilt(replace(signals, specific_force_m_s2=smooth), there)
+
+    def _mean_error(
+        self, signals: SegmentSignals, part: str, samples: NDArray[np.int64], error: FloatArray
+    ) -> FloatArray:
+        """Eqs. (10) and (11) over the standing next to the walk; `samples` lead away from it."""
+        samples = samples[np.isfinite(error[samples]).all(axis=1)]
+        if not len(samples):
             raise MethodNotApplicableError(
                 f"method {self.name}: every sample of {signals.segment} {part} the walk is "
                 "missing, expected standing"
             )
-        return angles[there[0]]
+        samples = samples[: 1 + round(self.smoothing_s * signals.sampling_rate_hz)]
+        nearest = error[samples[0]]
+        return nearest + _short_way_round(error[samples] - nearest).mean(axis=0)
 
 
 def _integrate(rates: FloatArray, rule: str) -> FloatArray:

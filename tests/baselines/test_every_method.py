@@ -94,6 +94,7 @@ CASES = [
         "two_point",
         motion="stand_walk_stand",
         turn_motion="stand_turn_stand",
+        rate_tolerance=0.5,  # at A and B, where the angle passes from one sensor to the other
         bias_error=0.1,
         turn_tolerance=10.0,
     ),

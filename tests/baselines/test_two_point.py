@@ -8,6 +8,7 @@ from baselines.two_point import TwoPoint
 from narx.errors import MethodNotApplicableError, UserError
 from narx.method import SegmentSignals
 from narx.recording import GRAVITY_M_S2
+from narx.segment_angles import tilt_from_specific_force
 
 
 def rms_deg(error):
@@ -32,10 +33,14 @@ def test_a_constant_bias_is_taken_off_as_a_line(walk):
     biased = replace(walk.signals, axis_rates_rad_s=walk.signals.axis_rates_rad_s + bias)
     method = TwoPoint(4.0, 16.0)
     clean, dirty = method.parts(walk.signals), method.parts(biased)
-    np.testing.assert_allclose(dirty.angles_rad, clean.angles_rad, atol=1e-9)
+    # up to what the bias does in the half second over which the errors are averaged
+    allowed = np.abs(bias) * 0.31
+    assert (np.abs(dirty.angles_rad - clean.angles_rad) <= allowed).all()
     drift = (dirty.drift_rad - clean.drift_rad)[dirty.start : dirty.stop + 1]
-    expected = np.arange(len(drift))[:, None] * 0.01 * bias
-    np.testing.assert_allclose(drift, expected, atol=1e-9)
+    expected = np.arange(dirty.start, dirty.stop + 1)[:, None] * 0.01 * bias
+    assert (np.abs(drift - expected) <= allowed).all()
+    middle = len(drift) // 2
+    np.testing.assert_allclose(drift[middle], expected[middle], atol=1e-9)
 
 
 def test_it_is_better_than_plain_integration_on_every_axis(walk):
@@ -47,15 +52,24 @@ def test_it_is_better_than_plain_integration_on_every_axis(walk):
     assert (compensated < 1.5).all()
 
 
+def _tilt(signals):
+    tilt = np.zeros((signals.n_samples, 3))
+    tilt[:, :2] = tilt_from_specific_force(signals.specific_force_m_s2)
+    return tilt
+
+
 def test_printed_equations(walk):
-    """(8) to (14) one by one, rectangle rule, from A to B."""
+    """(8) to (14) one by one, rectangle rule, each error a mean over 61 samples."""
     rates = walk.signals.axis_rates_rad_s + np.deg2rad([0.8, -0.5, 1.2])
     parts = TwoPoint(rule="rectangle").parts(replace(walk.signals, axis_rates_rad_s=rates))
     a, b = parts.start, parts.stop
     psi = np.zeros((b + 1, 3))
     for n in range(1, b + 1):
         psi[n] = psi[n - 1] + rates[n] * 0.01
-    error_a, error_b = psi[a] - parts.angles_rad[a], psi[b] - parts.angles_rad[b]
+    before, after = np.arange(a - 60, a + 1), np.arange(b, b + 61)
+    psi_all = np.cumsum(rates, axis=0) * 0.01
+    error_a = (psi_all - psi_all[0] - _tilt(walk.signals))[before].mean(axis=0)
+    error_b = (psi_all - psi_all[0] - _tilt(walk.signals))[after].mean(axis=0)
     weight = (np.arange(a, b + 1) - a)[:, None] / (b - a)
     theta = psi[a : b + 1] - (error_a * (1 - weight) + error_b * weight)
     np.testing.assert_allclose(parts.angles_rad[a : b + 1], theta, atol=1e-10)
@@ -69,8 +83,8 @@ def test_the_average_over_standing_does_not_reach_into_the_walk():
     force = np.tile([0.0, 0.0, GRAVITY_M_S2], (n, 1))
     force[400:800, 0] += 5.0 * np.cos(2 * np.pi * t)
     parts = TwoPoint().parts(SegmentSignals("thigh_right", 100.0, rates, force))
-    np.testing.assert_allclose(parts.angles_rad[: parts.start + 1], 0.0, atol=1e-12)
-    np.testing.assert_allclose(parts.angles_rad[parts.stop :], 0.0, atol=1e-12)
+    np.testing.assert_allclose(parts.angles_rad[: parts.start], 0.0, atol=1e-12)
+    np.testing.assert_allclose(parts.angles_rad[parts.stop + 1 :], 0.0, atol=1e-12)
 
 
 def test_no_still_part_is_refused_with_which_and_how_long(walk):
