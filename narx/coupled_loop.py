@@ -1,8 +1,9 @@
 """Three axes in closed loop, coupled by the tilt estimated so far.
 
 Before each step the gyroscope is turned into the rates of the segment's three angles (Euler
-kinematics, `narx.segment_angles.coupled_rates`) with the angles of the step before:
-``v_k = rates(u_k, angle_scale p_{k-1} + posture) / rate_scale``. Three independent integrals
+kinematics, `narx.segment_angles.coupled_rates`) with the angles extrapolated to its time:
+``v_k = rates(u_k, angle_scale (2 p_{k-1} - p_{k-2}) + posture) / rate_scale`` (``p_{k-1}`` where
+the network has but one past output). Three independent integrals
 would book the turn of a tilted segment as flexion. The cosine of the frontal angle is kept at
 0.1 or more in magnitude, because the angles are singular at 90 degrees.
 """
@@ -124,7 +125,10 @@ def coupled_closed_loop_by_torch(
     b1, w2, b2 = (weights[..., part] for part in (structure.b1, structure.w2, structure.b2))
     n_past, outputs = structure.n_input_state, []
     for u_s, u_f, u_t in (sample.unbind(-1) for sample in rates.unbind(-2)):
-        s, f, _ = (angle_scale * state[..., n_past] + posture).unbind(-1)
+        ahead = state[..., n_past]
+        if structure.output_lags > 1:
+            ahead = 2.0 * ahead - state[..., n_past + 1]
+        s, f, _ = (angle_scale * ahead + posture).unbind(-1)
         cos_f = f.cos()
         limit = torch.where(cos_f < 0, -COS_FRONTAL_MIN, COS_FRONTAL_MIN).to(f.dtype)
         cos_f = torch.where(cos_f.abs() < COS_FRONTAL_MIN, limit, cos_f)
