@@ -2,6 +2,7 @@
 
 import tracemalloc
 from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from narx.errors import UserError
 from narx.joint_angles import joint_angles
 from narx.recording import GRAVITY_M_S2
 
+CONFIG = Path(__file__).parents[3] / "configs" / "data" / "simulated_gait.yaml"
 SHORT = {"treadmill_duration_s": 25.0}
 
 
@@ -325,7 +327,7 @@ def test_an_unknown_trial_is_refused():
 
 
 def test_the_configuration_names_every_parameter_with_its_default():
-    config = OmegaConf.load("configs/data/simulated_gait.yaml").simulated_gait
+    config = OmegaConf.load(CONFIG).simulated_gait
     source = instantiate(config)
     plain = SimulatedGait()
     assert source.index().equals(plain.index())
