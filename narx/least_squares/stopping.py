@@ -1,0 +1,49 @@
+"""When a solver stops, and what it says then."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class ResultCode(StrEnum):
+    """Why a solver stopped."""
+
+    RUNNING = "running"
+    GRADIENT = "gradient is small"
+    STEP = "step is small"
+    COST_CHANGE = "cost no longer falls"
+    COST = "cost is low enough"
+    EVALUATIONS = "all evaluations are used"
+    DAMPING = "no step lowers the cost"
+    VALIDATION = "validation error no longer falls"
+    NOT_FINITE = "cost is not finite"
+
+
+@dataclass(frozen=True)
+class Stopping:
+    """Limits of a solver; zero switches a tolerance off.
+
+    Parameters
+    ----------
+    max_evaluations : int
+        Evaluations of residuals and derivatives after the first.
+    gradient : float
+        Largest entry of the gradient, relative to the cost.
+    step : float
+        Norm of a kept step, relative to that of the weights.
+    cost_change : float
+        Decrease of the cost by a kept step, relative.
+    cost : float
+        Cost that is good enough (mean squared residual).
+    patience : int
+        Validations in a row that may fail to improve.
+    validate_every : int
+        Evaluations between validations.
+    """
+
+    max_evaluations: int = 100
+    gradient: float = 1e-12
+    step: float = 1e-12
+    cost_change: float = 0.0
+    cost: float = 0.0
+    patience: int = 5
+    validate_every: int = 5

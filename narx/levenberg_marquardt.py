@@ -1,0 +1,279 @@
+"""Levenberg-Marquardt, for one start or for many in step.
+
+The solver is put together from parts: a problem (`narx.least_squares`: open loop, several
+steps, closed loop, coupled axes), damping, linear solve, stopping rules and regularisation.
+Each evaluation gives cost, gradient and Gauss-Newton matrix together, so a kept step needs no
+second pass; a step that does not lower the cost is never kept.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from narx.least_squares.damping import Damping, damped_steps, step_by_qr
+from narx.least_squares.problem import FloatArray, LeastSquaresProblem
+from narx.least_squares.stopping import ResultCode, Stopping
+
+# beyond this condition of JTJ the normal equations have lost half of what float64 holds
+_ILL_CONDITIONED = 1e13
+
+
+@dataclass(frozen=True)
+class Options:
+    """Parts of the solver.
+
+    Parameters
+    ----------
+    stopping : Stopping
+        Limits.
+    damping : Damping
+        Damping strategy.
+    linear_solve : {"cholesky", "qr", "auto"}
+        Cholesky of the normal equations, QR of the augmented system (needs the Jacobian), or QR
+        where Cholesky fails or finds the matrix ill-conditioned.
+    weight_decay : float
+        Factor of half the sum of squared weights in the cost.
+    bayesian : bool
+        Choose the weight decay by the evidence after every kept step (MacKay 1992; Foresee and
+        Hagan 1997, as MATLAB's trainbr); `weight_decay` is the first value.
+    """
+
+    stopping: Stopping = field(default_factory=Stopping)
+    damping: Damping = field(default_factory=Damping)
+    linear_solve: Literal["cholesky", "qr", "auto"] = "cholesky"
+    weight_decay: float = 0.0
+    bayesian: bool = False
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came out for R starts.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (R, P)
+        Best weights: by validation if there was one, else by cost.
+    cost : ndarray, shape (R,)
+        Half the sum of squared residuals there, regularisation left out.
+    codes : list of ResultCode
+        Why each start stopped.
+    n_evaluations : ndarray of int, shape (R,)
+        Evaluations after the first.
+    weight_decay : ndarray, shape (R,)
+        Last weight decay.
+    history : dict of str to ndarray, shape (evaluations + 1, R)
+        ``cost`` (regularised, of the weights kept so far), ``damping`` and ``gradient`` (largest
+        entry) of every iteration; NaN after a start has stopped.
+    """
+
+    weights: FloatArray
+    cost: FloatArray
+    codes: list[ResultCode]
+    n_evaluations: NDArray[np.int64]
+    weight_decay: FloatArray
+    history: dict[str, FloatArray]
+
+
+def levenberg_marquardt(
+    problem: LeastSquaresProblem,
+    weights: ArrayLike,
+    options: Options | None = None,
+    *,
+    trainable: ArrayLike | None = None,
+    validation: LeastSquaresProblem | None = None,
+    log: Callable[[dict[str, FloatArray]], None] | None = None,
+) -> Result:
+    """Minimise half a sum of squares.
+
+    Parameters
+    ----------
+    problem : LeastSquaresProblem
+        Residuals and their derivatives.
+    weights : array_like, shape (P,) or (R, P)
+        Start, or starts that are trained in step, each on its own.
+    options : Options, optional
+        Parts of the solver; defaults if not given.
+    trainable : array_like of bool, shape (P,), optional
+        Weights that may move; all if not given (odd networks hold their biases at zero).
+    validation : LeastSquaresProblem, optional
+        Held-back samples; the solver stops when the error there no longer falls and returns the
+        weights that were best there.
+    log : callable, optional
+        Told cost, damping and gradient of each iteration.
+
+    Returns
+    -------
+    Result
+        A row a start.
+    """
+    run = _Run(problem, np.atleast_2d(np.array(weights, dtype=np.float64)), options or Options())
+    free = np.arange(problem.n_weights)
+    run.free = free if trainable is None else free[np.asarray(trainable, dtype=bool)]
+    run.start()
+    for evaluation in range(1, run.options.stopping.max_evaluations + 1):
+        active = np.flatnonzero(run.codes == ResultCode.RUNNING)
+        if not len(active):
+            break
+        run.iterate(active, log)
+        if validation is not None and evaluation % run.options.stopping.validate_every == 0:
+            run.validate(validation)
+    if validation is not None:
+        run.validate(validation)
+    return run.result()
+
+
+class _Run:
+    """State of a minimisation: what is known at the weights kept so far."""
+
+    free: NDArray[np.int64]
+
+    def __init__(self, problem: LeastSquaresProblem, weights: FloatArray, options: Options) -> None:
+        n = len(weights)
+        self.problem, self.options, self.weights = problem, options, weights
+        self.products = problem.products(weights)
+        self.decay = np.full(n, options.weight_decay)
+        self.codes = np.full(n, ResultCode.RUNNING, dtype=object)
+        self.mu, self.growth = np.full(n, options.damping.initial), np.full(n, 2.0)
+        self.mu_unit = options.damping.scale(self.products)
+        self.n_evaluations = np.zeros(n, dtype=np.int64)
+        self.history: dict[str, list[FloatArray]] = {"cost": [], "damping": [], "gradient": []}
+        self.best = weights.copy()
+        self.best_cost = np.full(n, np.nan)
+        self.best_error = np.full(n, np.inf)
+        self.failures = np.zeros(n, dtype=np.int64)
+        self.validated = False
+
+    def start(self) -> None:
+        self.cost = self._cost(self.products, self.weights, self.decay)
+        self.codes[~np.isfinite(self.cost)] = ResultCode.NOT_FINITE
+
+    def iterate(
+        self, active: NDArray[np.int64], log: Callable[[dict[str, FloatArray]], None] | None
+    ) -> None:
+        stopping, damping = self.options.stopping, self.options.damping
+        n = len(active)
+        steps, predicted = np.empty((n, self.weights.shape[1])), np.empty(n)
+        gradient, condition = np.empty(n), np.empty(n)
+        weights, decay = self.weights[active], self.decay[active]
+        mu, products = self.mu[active] * self.mu_unit[active], self.products[active]
+        diagonal = damping.scaling == "diagonal"
+        damped_steps(
+            products, weights, self.free, mu, decay, diagonal, steps, predicted, gradient, condition
+        )
+        if self.options.linear_solve != "cholesky":
+            poor = ~(condition < _ILL_CONDITIONED)
+            if self.options.linear_solve == "qr":
+                poor[:] = True
+            for i in np.flatnonzero(poor):
+                residuals, jacobian = self.problem.residuals(weights[i])
+                steps[i] = step_by_qr(
+                    residuals, jacobian, weights[i], self.free, mu[i], decay[i], diagonal
+                )
+        self._record(active, gradient, log)
+        old = self.cost[active]
+        flat = gradient <= stopping.gradient * np.maximum(old, np.finfo(float).tiny)
+        trial = weights + steps
+        trial_products = self.problem.products(trial)
+        cost = self._cost(trial_products, trial, decay)
+        self.n_evaluations[active] += 1
+        kept = cost < old
+        with np.errstate(invalid="ignore", divide="ignore"):
+            gain = (old - cost) / predicted
+        self.mu[active], self.growth[active] = damping.update(
+            self.mu[active], self.growth[active], kept, gain
+        )
+        if kept.all():
+            chosen = active
+        else:
+            chosen = active[kept]
+            trial, trial_products, cost = trial[kept], trial_products[kept], cost[kept]
+        self.weights[chosen], self.products[chosen] = trial, trial_products
+        self.cost[chosen] = cost
+        if self.options.bayesian and len(chosen):
+            self._choose_decay(chosen)
+        size = np.sqrt((steps * steps).sum(axis=1))
+        reach = np.sqrt((weights * weights).sum(axis=1))
+        n_residuals = max(self.problem.n_residuals, 1)
+        low = self.products[active, -1, -1] <= stopping.cost * n_residuals
+        small = kept & (size <= stopping.step * reach)
+        stalled = kept & (old - self.cost[active] <= stopping.cost_change * old)
+        for code, rule in (
+            (ResultCode.DAMPING, self.mu[active] > damping.largest),
+            (ResultCode.COST_CHANGE, stalled & (stopping.cost_change > 0)),
+            (ResultCode.STEP, small & (stopping.step > 0)),
+            (ResultCode.COST, low & (stopping.cost > 0)),
+            (ResultCode.GRADIENT, flat & (stopping.gradient > 0)),
+        ):
+            if rule.any():
+                self.codes[active[rule]] = code
+
+    def validate(self, validation: LeastSquaresProblem) -> None:
+        """Compare the weights kept so far on held-back samples."""
+        self.validated = True
+        error = validation.products(self.weights)[:, -1, -1]
+        better = error < self.best_error
+        self.best[better], self.best_error[better] = self.weights[better], error[better]
+        self.best_cost[better] = 0.5 * self.products[better, -1, -1]
+        self.failures = np.where(better, 0, self.failures + 1)
+        tired = (self.failures >= self.options.stopping.patience) & (
+            self.codes == ResultCode.RUNNING
+        )
+        self.codes[tired] = ResultCode.VALIDATION
+
+    def result(self) -> Result:
+        self.codes[self.codes == ResultCode.RUNNING] = ResultCode.EVALUATIONS
+        everyone = np.arange(len(self.codes))
+        self._record(everyone, np.full(len(everyone), np.nan), None)
+        cost = 0.5 * self.products[:, -1, -1]
+        weights = self.weights
+        if self.validated:
+            known = np.isfinite(self.best_error)
+            weights = np.where(known[:, None], self.best, weights)
+            cost = np.where(known, self.best_cost, cost)
+        return Result(
+            weights,
+            cost,
+            list(self.codes),
+            self.n_evaluations,
+            self.decay,
+            {name: np.array(rows) for name, rows in self.history.items()},
+        )
+
+    def _cost(self, products: FloatArray, weights: FloatArray, decay: FloatArray) -> FloatArray:
+        cost = 0.5 * products[:, -1, -1]
+        if self.options.weight_decay > 0 or self.options.bayesian:
+            cost = cost + 0.5 * decay * (weights[:, self.free] ** 2).sum(axis=1)
+        return cost
+
+    def _choose_decay(self, chosen: NDArray[np.int64]) -> None:
+        """Set the weight decay where the evidence is largest (Foresee and Hagan 1997)."""
+        pick = np.ix_(chosen, self.free, self.free)
+        matrix = self.products[pick]
+        matrix = np.tril(matrix) + np.tril(matrix, -1).transpose(0, 2, 1)
+        decay, n_free = self.decay[chosen], len(self.free)
+        inverse = np.linalg.pinv(matrix + decay[:, None, None] * np.eye(n_free), hermitian=True)
+        effective = n_free - decay * np.trace(inverse, axis1=1, axis2=2)
+        squares = (self.weights[chosen][:, self.free] ** 2).sum(axis=1)
+        errors = self.products[chosen, -1, -1]
+        rest = np.maximum(self.problem.n_residuals - effective, 1.0)
+        self.decay[chosen] = effective * errors / np.maximum(squares * rest, 1e-300)
+        self.cost[chosen] = self._cost(
+            self.products[chosen], self.weights[chosen], self.decay[chosen]
+        )
+
+    def _record(
+        self,
+        active: NDArray[np.int64],
+        gradient: FloatArray,
+        log: Callable[[dict[str, FloatArray]], None] | None,
+    ) -> None:
+        values = {"cost": self.cost, "damping": self.mu * self.mu_unit}
+        for name in self.history:
+            row = np.full(len(self.cost), np.nan)
+            row[active] = gradient if name == "gradient" else values[name][active]
+            self.history[name].append(row)
+        if log is not None:
+            log({name: rows[-1] for name, rows in self.history.items()})
