@@ -6,10 +6,9 @@ python -m experiments.export checkpoint=PATH format=torchscript output=narx.pt
 from omegaconf import DictConfig
 
 from experiments.command import command
-from narx.checkpoint import Checkpoint, load
 from narx.errors import UserError
 from narx.export import c, onnx, torch_export, torchscript
-from narx.shipped import shipped_checkpoint
+from narx.shipped import checkpoint_or_shipped
 
 _WRITERS = {
     "torchscript": torchscript.write,
@@ -19,32 +18,11 @@ _WRITERS = {
 FORMATS = (*_WRITERS, "c")
 
 
-def checkpoint_named(path: str | None) -> Checkpoint:
-    """Load a checkpoint, or the network that ships with the package.
-
-    Parameters
-    ----------
-    path : str, optional
-        File from `experiments.train`; None for the shipped network.
-
-    Returns
-    -------
-    Checkpoint
-        The network and how to run it.
-
-    Raises
-    ------
-    UserError
-        If the file is not there or not a checkpoint.
-    """
-    return shipped_checkpoint() if path is None else load(path)
-
-
 def _export(cfg: DictConfig) -> None:
     output = str(cfg.output)
     if cfg.format not in FORMATS:
         raise UserError(f"format is '{cfg.format}', expected one of {', '.join(FORMATS)}")
-    checkpoint = checkpoint_named(cfg.checkpoint)
+    checkpoint = checkpoint_or_shipped(cfg.checkpoint)
     try:
         if cfg.format == "c":
             c.write(checkpoint, output, cfg.precision)

@@ -47,14 +47,14 @@ CHECKPOINTS = {
 STARTS = {"unknown": None, "known": np.array([0.3, -0.1, 0.2])}
 
 
-@pytest.fixture(params=CHECKPOINTS.values(), ids=CHECKPOINTS.keys())
+@pytest.fixture(params=CHECKPOINTS)
 def checkpoint(request):
-    return request.param
+    return CHECKPOINTS[request.param]
 
 
-@pytest.fixture(params=STARTS.values(), ids=STARTS.keys())
+@pytest.fixture(params=STARTS)
 def initial_angles(request):
-    return request.param
+    return STARTS[request.param]
 
 
 @pytest.fixture

@@ -53,6 +53,7 @@ def test_compiled_equals_the_package(
 
 
 @needs_compiler
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 def test_header_serves_c_plus_plus(checkpoint, tmp_path):
     c.write(checkpoint, tmp_path / "narx.c")
     (tmp_path / "main.cpp").write_text(
@@ -65,6 +66,7 @@ def test_header_serves_c_plus_plus(checkpoint, tmp_path):
     subprocess.run(["gcc", "-c", "main.cpp"], cwd=tmp_path, check=True)
 
 
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 def test_names_and_precision_are_checked(checkpoint, tmp_path):
     with pytest.raises(UserError, match=r"narx\.txt', expected a name that ends in \.c"):
         c.write(checkpoint, tmp_path / "narx.txt")

@@ -8,6 +8,7 @@ from narx.errors import UserError
 from narx.export import onnx
 
 
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 def test_a_missing_library_is_one_line(checkpoint, tmp_path, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(UserError, match=r"^format=onnx needs onnx and onnxscript.*pip install"):
@@ -16,6 +17,7 @@ def test_a_missing_library_is_one_line(checkpoint, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("checkpoint", ["default", "offsets"], indirect=True)
 def test_onnxruntime_equals_the_package(checkpoint, rates, initial_angles, expected, tmp_path):
     pytest.importorskip("onnx")
     pytest.importorskip("onnxscript")

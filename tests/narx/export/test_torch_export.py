@@ -8,6 +8,7 @@ from narx.errors import UserError
 from narx.export import torch_export
 
 
+@pytest.mark.parametrize("checkpoint", ["default", "offsets", "longer_delays"], indirect=True)
 def test_loaded_program_equals_the_package(checkpoint, rates, initial_angles, expected, tmp_path):
     torch_export.write(checkpoint, tmp_path / "narx.pt2")
     extra = {"narx.json": ""}
@@ -26,6 +27,7 @@ def test_loaded_program_equals_the_package(checkpoint, rates, initial_angles, ex
     np.testing.assert_allclose(angles, expected, atol=1e-8, rtol=0)
 
 
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 def test_another_suffix_is_refused(checkpoint, tmp_path):
     with pytest.raises(UserError, match=r"narx\.pt', expected a name that ends in \.pt2"):
         torch_export.write(checkpoint, tmp_path / "narx.pt")

@@ -2,6 +2,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 import torch
 
 from narx.export import torchscript
@@ -30,6 +31,7 @@ np.save(sys.argv[4], torch.stack([whole, torch.stack(samples)]).numpy())
 """
 
 
+@pytest.mark.parametrize("checkpoint", ["default", "offsets"], indirect=True)
 def test_a_process_with_torch_alone_gets_the_same_angles(
     checkpoint, rates, initial_angles, expected, tmp_path
 ):
@@ -49,7 +51,15 @@ def test_a_process_with_torch_alone_gets_the_same_angles(
     np.testing.assert_array_equal(samples, whole)
 
 
+def test_loaded_file_equals_the_package(checkpoint, rates, initial_angles, expected, tmp_path):
+    torchscript.write(checkpoint, tmp_path / "narx.pt")
+    narx = torch.jit.load(tmp_path / "narx.pt")
+    start = None if initial_angles is None else torch.from_numpy(initial_angles)
+    angles = narx(torch.from_numpy(rates), start).numpy()
+    np.testing.assert_allclose(angles, expected, atol=1e-8, rtol=0)
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 def test_nothing_but_the_file_is_left(checkpoint, tmp_path):
     torchscript.write(checkpoint, tmp_path / "narx.pt")
     assert [path.name for path in tmp_path.iterdir()] == ["narx.pt"]
-    assert isinstance(torch.jit.load(tmp_path / "narx.pt"), torch.jit.ScriptModule)
