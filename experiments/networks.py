@@ -1,11 +1,10 @@
 """Train the network of a fold, as the configuration says."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 from hydra.utils import instantiate
-from narx.stability import stability_statement
 from numpy.typing import NDArray
 from omegaconf import DictConfig, OmegaConf
 
@@ -16,15 +15,12 @@ from narx.calibration import CalibratedSegment, calibrate
 from narx.checkpoint import Checkpoint
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
-from narx.model import Narx
-from narx.normalisation import Normalisation
+from narx.objective import Log, Objective
 from narx.recording import Trial
-from narx.segment_angles import SAGITTAL
+from narx.sequences import TrainingSequence, contiguous, hold_back
 from narx.shipped import shipped_checkpoint
-from narx.spectrum import hidden_neurons
 from narx.start_up import StartUp
-from narx.structure import NarxStructure
-from narx.training import Log, Objective, TrainingSequence, batch, contiguous, hold_back
+from narx.training import NetworkDesign, train_network
 
 FloatArray = NDArray[np.float64]
 
@@ -108,39 +104,29 @@ def train(
         validation = list(_sequences(cfg, sources, fold.validation, teacher, hashes))
     else:
         training, validation = hold_back(training, cfg.training.held_back)
-    model = _untrained(cfg.model, training)
-    optimizer = instantiate(cfg.optimizer)
-    objective = Objective(
-        tuple(cfg.model.objective.axis_weights),
-        cfg.model.objective.offset_free,
-        cfg.model.objective.washout_s,
-    )
-    initial_state = cfg.model.initial_state
-    report = optimizer.fit(
-        model,
-        batch(training, model, initial_state),
-        batch(validation, model, initial_state),
-        objective,
+    settings = OmegaConf.to_container(cfg.model)
+    assert isinstance(settings, dict)
+    objective = settings.pop("objective")
+    objective["axis_weights"] = tuple(objective["axis_weights"])
+    start_up = StartUp(**settings.pop("start_up"))
+    axis_scaling = settings.pop("axis_scaling")
+    model, history = train_network(
+        training,
+        validation,
+        NetworkDesign(**settings),
+        Objective(**objective),
+        instantiate(cfg.optimizer),
         rng,
         log,
     )
-    start_up = StartUp(**OmegaConf.to_container(cfg.model.start_up))  # type: ignore[arg-type]
-    unfinished = Checkpoint(model, start_up, cfg.model.axis_scaling)
-    history = {
+    history |= {
         "fold": fold.name,
-        "trained_on": sorted({sequence.name for sequence in training}),
-        "training_s": sum(sequence.duration_s for sequence in training),
         "config": OmegaConf.to_container(cfg, resolve=True),
-        "report": vars(report),
-        "stability": vars(stability_statement(model)),
         "data_sha256": hashes,
     }
+    unfinished = Checkpoint(model, start_up, axis_scaling)
     return Checkpoint(
-        model,
-        start_up,
-        cfg.model.axis_scaling,
-        _error_std(unfinished, sources, fold, cfg),
-        history,
+        model, start_up, axis_scaling, _error_std(unfinished, sources, fold, cfg), history
     )
 
 
@@ -184,24 +170,6 @@ def _inside(trial: Trial, part: TrialPart, skip_s: float) -> NDArray[np.bool_]:
     since_start_s = trial.time_s - trial.time_s[0]
     inside = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)
     return np.asarray(inside)
-
-
-def _untrained(cfg: DictConfig, training: Sequence[TrainingSequence]) -> Narx:
-    rates = np.concatenate([s.signals.axis_rates_rad_s[:, SAGITTAL] for s in training])
-    targets = [s.target_rad[:, SAGITTAL] for s in training]
-    if cfg.objective.offset_free:
-        targets = [target - np.nanmean(target) for target in targets]
-    rate_hz = training[0].signals.sampling_rate_hz
-    hidden = hidden_neurons(rates, rate_hz) if cfg.hidden == "auto" else cfg.hidden
-    if not isinstance(hidden, int) or hidden < 1:
-        raise UserError(f"model.hidden is '{hidden}', expected a positive number or auto")
-    return Narx(
-        rate_hz,
-        Normalisation.fit(rates, np.concatenate(targets), cfg.normalisation),
-        NarxStructure(hidden, 1, cfg.input_lags, cfg.output_lags),
-        cfg.odd,
-        cfg.coupled,
-    )
 
 
 def _error_std(

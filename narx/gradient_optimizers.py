@@ -12,7 +12,8 @@ from torch import Tensor
 from narx.errors import UserError
 from narx.initial_weights import random_weights
 from narx.model import Narx
-from narx.training import Batch, FitReport, Log, Objective
+from narx.objective import FitReport, Log, Objective
+from narx.sequences import Batch
 
 # one optimiser step on a network: takes the closure that computes cost and gradient
 _Stepper = Callable[[Callable[[], Tensor]], None]

@@ -41,6 +41,33 @@ def leaky_integrator(model: Narx, leak_rad_s: float) -> FloatArray:
     return coefficients
 
 
+def leaky_integrator_weights(
+    model: Narx, leak_rad_s: float = 0.15, slope: float = 0.1
+) -> FloatArray:
+    """Weights of a nearly linear network that is a leaky integrator.
+
+    Parameters
+    ----------
+    model : Narx
+        Gives structure, sampling rate and scales.
+    leak_rad_s : float
+        Corner frequency, rad/s.
+    slope : float
+        Size of the hidden neurons' arguments: small keeps tanh nearly linear.
+
+    Returns
+    -------
+    ndarray, shape (P,)
+        Flat weights; all hidden neurons alike, no biases.
+    """
+    structure = model.structure
+    weights = np.zeros(structure.n_weights)
+    rows = np.tile(slope * leaky_integrator(model, leak_rad_s), (structure.hidden, 1))
+    weights[structure.w1] = rows.ravel()
+    weights[structure.w2] = 1.0 / (slope * structure.hidden)
+    return weights
+
+
 def random_weights(
     model: Narx,
     rng: np.random.Generator,

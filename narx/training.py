@@ -1,307 +1,138 @@
-"""From calibrated segments and a teacher's angles to a trained network."""
+"""From stretches of training data to a trained network."""
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Literal, Protocol
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
 
 import numpy as np
-import torch
-from numpy.typing import NDArray
-from torch import Tensor
 
 from narx.errors import UserError
-from narx.method import SegmentSignals
 from narx.model import Narx
-
-FloatArray = NDArray[np.float64]
-
-# what an optimizer reports as it goes: iteration, and numbers by name (cost, damping, ...)
-Log = Callable[[int, dict[str, float]], None]
-
-
-@dataclass(frozen=True)
-class TrainingSequence:
-    """A stretch of one segment without gaps, with the angles to learn.
-
-    Parameters
-    ----------
-    name : str
-        Trial and segment, for messages.
-    signals : SegmentSignals
-        Calibrated gyroscope.
-    target_rad : ndarray, shape (N, 3)
-        The teacher's angles, order of `narx.segment_angles.AXES`; NaN where it has none.
-    weight : float
-        Of its squared errors.
-    """
-
-    name: str
-    signals: SegmentSignals
-    target_rad: FloatArray
-    weight: float = 1.0
-
-    @property
-    def duration_s(self) -> float:
-        """Length in s."""
-        return self.signals.n_samples * self.signals.interval_s
-
-
-def contiguous(
-    name: str,
-    signals: SegmentSignals,
-    target_rad: FloatArray,
-    keep: NDArray[np.bool_],
-    weight: float = 1.0,
-    shortest_s: float = 2.0,
-) -> list[TrainingSequence]:
-    """Cut a recording at its gaps, so that delays never cross one.
-
-    Parameters
-    ----------
-    name : str
-        Trial and segment.
-    signals : SegmentSignals
-        Of the whole recording.
-    target_rad : ndarray, shape (N, 3)
-        The teacher's angles.
-    keep : ndarray of bool, shape (N,)
-        Samples that may be trained on.
-    weight : float
-        Of the squared errors.
-    shortest_s : float
-        Stretches below this are left out, s.
-
-    Returns
-    -------
-    list of TrainingSequence
-        In time order.
-    """
-    usable = keep & np.isfinite(signals.axis_rates_rad_s).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], usable.astype(np.int8), [0]])))
-    return [
-        TrainingSequence(name, signals.select(slice(start, stop)), target_rad[start:stop], weight)
-        for start, stop in zip(edges[::2], edges[1::2], strict=True)
-        if (stop - start) * signals.interval_s >= shortest_s
-    ]
-
-
-def hold_back(
-    sequences: Sequence[TrainingSequence], fraction: float
-) -> tuple[list[TrainingSequence], list[TrainingSequence]]:
-    """Keep the end of every sequence for choosing among restarts.
-
-    Parameters
-    ----------
-    sequences : sequence of TrainingSequence
-        All that may be trained on.
-    fraction : float
-        Share of each sequence that is held back, in [0, 1).
-
-    Returns
-    -------
-    training, validation : list of TrainingSequence
-        No sample is in both. With a fraction of zero the validation is the training itself.
-    """
-    if fraction == 0:
-        return list(sequences), list(sequences)
-    training, validation = [], []
-    for sequence in sequences:
-        cut = round((1.0 - fraction) * sequence.signals.n_samples)
-        for part, target in ((slice(None, cut), training), (slice(cut, None), validation)):
-            target.append(
-                TrainingSequence(
-                    sequence.name,
-                    sequence.signals.select(part),
-                    sequence.target_rad[part],
-                    sequence.weight,
-                )
-            )
-    return training, validation
+from narx.normalisation import Kind, Normalisation
+from narx.objective import Log, Objective, Optimizer
+from narx.segment_angles import SAGITTAL
+from narx.sequences import InitialState, TrainingSequence, batch
+from narx.spectrum import hidden_neurons
+from narx.stability import stability_statement
+from narx.structure import NarxStructure
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Sequences side by side, padded at the end, with what a rollout of them needs.
+class NetworkDesign:
+    """What kind of network is to be trained.
 
     Parameters
     ----------
-    rates_rad_s : Tensor, shape (B, N, 3)
-        Gyroscope, zero after a sequence's end.
-    targets_rad : Tensor, shape (B, N, 3)
-        Angles wanted, including the posture; NaN where none (padding included).
-    state : Tensor, shape (B, 3, n_state)
-        Normalised state before the first sample.
-    posture_rad : Tensor, shape (B, 3)
-        Angle about which the network works.
-    weight : Tensor, shape (B,)
-        Of the squared errors.
-    """
-
-    rates_rad_s: Tensor
-    targets_rad: Tensor
-    state: Tensor
-    posture_rad: Tensor
-    weight: Tensor
-
-
-InitialState = Literal["teacher", "zero"]
-
-
-def batch(sequences: Sequence[TrainingSequence], model: Narx, initial_state: InitialState) -> Batch:
-    """Put sequences side by side for a network.
-
-    Parameters
-    ----------
-    sequences : sequence of TrainingSequence
-        Of the network's sampling rate.
-    model : Narx
-        Gives the scales of the state.
+    hidden : int or {"auto"}
+        Tanh neurons; ``auto`` takes as many as the sagittal gyroscope has major components
+        (`narx.spectrum.hidden_neurons`).
+    input_lags, output_lags : int
+        Delays.
+    odd, coupled : bool
+        As `narx.model.Narx`.
+    normalisation : {"min_max", "max_abs", "std"}
+        As `narx.normalisation.Normalisation.fit`.
     initial_state : {"teacher", "zero"}
-        Start from the teacher's first angles, about the mean posture; or from zero about zero
-        (Tham et al., II-B3).
+        Of training sequences (`narx.sequences.batch`).
+    """
+
+    hidden: int | Literal["auto"] = 3
+    input_lags: int = 2
+    output_lags: int = 2
+    odd: bool = True
+    coupled: bool = True
+    normalisation: Kind = "std"
+    initial_state: InitialState = "teacher"
+
+    def untrained(self, training: Sequence[TrainingSequence], offset_free: bool) -> Narx:
+        """Make a network with the scales of its training data.
+
+        Parameters
+        ----------
+        training : sequence of TrainingSequence
+            Of one sampling rate.
+        offset_free : bool
+            Take each sequence's mean angle off before the angle's scale is chosen.
+
+        Returns
+        -------
+        Narx
+            With zero weights.
+
+        Raises
+        ------
+        UserError
+            If the number of neurons or delays is not a positive number.
+        """
+        rates = np.concatenate([s.signals.axis_rates_rad_s[:, SAGITTAL] for s in training])
+        targets = [s.target_rad[:, SAGITTAL] for s in training]
+        if offset_free:
+            targets = [target - np.nanmean(target) for target in targets]
+        rate_hz = training[0].signals.sampling_rate_hz
+        hidden = hidden_neurons(rates, rate_hz) if self.hidden == "auto" else self.hidden
+        for name, value in (
+            ("hidden", hidden),
+            ("input_lags", self.input_lags),
+            ("output_lags", self.output_lags),
+        ):
+            if not isinstance(value, int) or value < 1:
+                raise UserError(f"model.{name} is '{value}', expected a positive whole number")
+        return Narx(
+            rate_hz,
+            Normalisation.fit(rates, np.concatenate(targets), self.normalisation),
+            NarxStructure(int(hidden), 1, self.input_lags, self.output_lags),
+            self.odd,
+            self.coupled,
+        )
+
+
+def train_network(
+    training: Sequence[TrainingSequence],
+    validation: Sequence[TrainingSequence],
+    design: NetworkDesign,
+    objective: Objective,
+    optimizer: Optimizer,
+    rng: np.random.Generator,
+    log: Log = lambda iteration, numbers: None,
+) -> tuple[Narx, dict[str, Any]]:
+    """Train a network.
+
+    Parameters
+    ----------
+    training, validation : sequence of TrainingSequence
+        The second chooses among starts.
+    design : NetworkDesign
+        Kind of network.
+    objective : Objective
+        What is minimised.
+    optimizer : Optimizer
+        Who minimises it.
+    rng : numpy.random.Generator
+        Draws the starts.
+    log : callable
+        Told how it goes.
 
     Returns
     -------
-    Batch
-        float64.
-
-    Raises
-    ------
-    UserError
-        If a sampling rate differs from the network's.
+    model : Narx
+        Trained network.
+    history : dict
+        Plain numbers and strings for a checkpoint: what it was trained on, the optimizer's
+        report and a statement about its stability.
     """
-    for sequence in sequences:
-        if not math.isclose(
-            sequence.signals.sampling_rate_hz, model.sampling_rate_hz, rel_tol=1e-6
-        ):
-            raise UserError(
-                f"training: {sequence.name} is sampled at {sequence.signals.sampling_rate_hz:g} "
-                f"Hz, the network runs at {model.sampling_rate_hz:g} Hz; give every source the "
-                "same sampling_rate_hz"
-            )
-    length = max(sequence.signals.n_samples for sequence in sequences)
-    rates = torch.zeros(len(sequences), length, 3, dtype=torch.float64)
-    targets = torch.full_like(rates, math.nan)
-    posture = torch.zeros(len(sequences), 3, dtype=torch.float64)
-    angles, previous, first_rates = (torch.zeros_like(posture) for _ in range(3))
-    for row, sequence in enumerate(sequences):
-        n = sequence.signals.n_samples
-        rates[row, :n] = torch.from_numpy(sequence.signals.axis_rates_rad_s)
-        target = torch.from_numpy(sequence.target_rad)
-        targets[row, :n] = target
-        if initial_state == "teacher":
-            posture[row] = torch.nan_to_num(target.nanmean(dim=0))
-            rate = rates[row, 0]
-            # one step back along the first rate: there is no sample before the first
-            angles[row] = torch.nan_to_num(target[0] - posture[row]) - rate / model.sampling_rate_hz
-            previous[row] = angles[row] - rate / model.sampling_rate_hz
-            first_rates[row] = rate
-    return Batch(
-        rates,
-        targets,
-        model.initial_state(angles, previous, first_rates)
-        if initial_state == "teacher"
-        else torch.zeros(len(sequences), 3, model.structure.n_state, dtype=torch.float64),
-        posture,
-        torch.tensor([sequence.weight for sequence in sequences], dtype=torch.float64),
+    model = design.untrained(training, objective.offset_free)
+    report = optimizer.fit(
+        model,
+        batch(training, model, design.initial_state),
+        batch(validation, model, design.initial_state),
+        objective,
+        rng,
+        log,
     )
-
-
-@dataclass(frozen=True)
-class Objective:
-    """What is minimised: the closed-loop error against the teacher.
-
-    Parameters
-    ----------
-    axis_weights : tuple of three floats
-        Of the squared errors of the sagittal, frontal and transverse axis.
-    offset_free : bool
-        Remove each sequence's mean error on each axis first: the mean angle is the start-up's
-        business, not the network's.
-    washout_s : float
-        Time after a sequence's start that does not count, s.
-    """
-
-    axis_weights: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    offset_free: bool = False
-    washout_s: float = 0.0
-
-    def washout_samples(self, model: Narx) -> int:
-        """Samples that do not count at a network's rate.
-
-        Parameters
-        ----------
-        model : Narx
-            Gives the sampling rate.
-
-        Returns
-        -------
-        int
-            Number of samples.
-        """
-        return round(self.washout_s * model.sampling_rate_hz)
-
-    def mean_square(self, model: Narx, sequences: Batch) -> Tensor:
-        """Mean squared error that counts, differentiable by the network's weights.
-
-        Parameters
-        ----------
-        model : Narx
-            Network.
-        sequences : Batch
-            What to run it on.
-
-        Returns
-        -------
-        Tensor
-            Scalar, rad^2.
-        """
-        angles, _ = model(sequences.rates_rad_s, sequences.state, sequences.posture_rad)
-        counts = torch.isfinite(sequences.targets_rad)
-        counts[:, : self.washout_samples(model)] = False
-        error = torch.where(counts, angles - sequences.targets_rad.nan_to_num(), 0.0)
-        if self.offset_free:
-            mean = error.sum(dim=1, keepdim=True) / counts.sum(dim=1, keepdim=True).clamp(min=1)
-            error = torch.where(counts, error - mean, 0.0)
-        axes = torch.tensor(self.axis_weights, dtype=error.dtype)
-        weights = sequences.weight[:, None, None] * axes * counts
-        return (weights * error.square()).sum() / weights.sum()
-
-
-@dataclass(frozen=True)
-class FitReport:
-    """What an optimizer has to say about its result.
-
-    Parameters
-    ----------
-    code : str
-        Why it stopped.
-    iterations : int
-        Of the kept restart.
-    history : list of dict
-        Numbers by name, one an iteration of the kept restart.
-    restarts : dict
-        Spread over restarts: how many, how many were dropped, quantiles of the validation error.
-    """
-
-    code: str
-    iterations: int
-    history: list[dict[str, float]]
-    restarts: dict[str, float]
-
-
-class Optimizer(Protocol):
-    """Finds weights: Levenberg-Marquardt, LBFGS, Adam."""
-
-    def fit(
-        self,
-        model: Narx,
-        training: Batch,
-        validation: Batch,
-        objective: "Objective",
-        rng: np.random.Generator,
-        log: Log,
-    ) -> FitReport:
-        """Set the weights of a network to the best found."""
-        ...
+    history = {
+        "trained_on": sorted({sequence.name for sequence in training}),
+        "training_s": sum(sequence.duration_s for sequence in training),
+        "report": asdict(report),
+        "stability": asdict(stability_statement(model)),
+    }
+    return model, history
