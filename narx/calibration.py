@@ -105,8 +105,8 @@ def calibrate(
 
     Notes
     -----
-    The static bias is the mean of the quietest 5 s among all still parts of the trial and its
-    still and standing recordings; without any it stays in, and a note says so.
+    The static bias is the mean of a ``still`` recording, without one that of all standing parts
+    together (`narx.static_bias.static_bias`); without any it stays in, and a note says so.
 
     Reference: its tilt is relative to gravity. An anatomical reference is made upright in the
     calibration posture, where the trial contains it (its still parts, or its first sample);

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from narx.recording import FloatArray, Trial
 
@@ -12,6 +12,9 @@ from narx.recording import FloatArray, Trial
 WINDOW_S = 5.0
 # standing sway and sensor noise stay below, movement does not (Han et al., gamma of eq. (3))
 REST_RAD_S = np.radians(10.0)
+# a sensor on a table does not turn: what exceeds this is a hand (or noise, were it not averaged)
+HANDLING_RAD_S = np.radians(2.0)
+HANDLING_MARGIN_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -67,42 +70,103 @@ def quietest_window(
     return StillPart(where, means[best, :3] + origin, float(np.sqrt(variance[best])))
 
 
+def resting_mean(
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
+) -> StillPart | None:
+    """Average a recording of a sensor that lies still, but for being put down and taken up.
+
+    Parameters
+    ----------
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Angular rate in the sensor frame, rad/s; samples with NaN are left out.
+    sampling_rate_hz : float
+        Samples per second.
+    where : str
+        Name of the part.
+
+    Returns
+    -------
+    StillPart or None
+        Mean over all samples but those within `HANDLING_MARGIN_S` of a rate (averaged over a
+        tenth of a second) that is more than `HANDLING_RAD_S` off its median; None without one.
+    """
+    rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
+    if not len(rate):
+        return None
+    tenth = max(1, round(0.1 * sampling_rate_hz))
+    smooth = uniform_filter1d(rate - np.median(rate, axis=0), tenth, axis=0, mode="nearest")
+    handled = np.linalg.norm(smooth, axis=1) > HANDLING_RAD_S
+    margin = 2 * round(HANDLING_MARGIN_S * sampling_rate_hz) + 1
+    at_rest = rate[~maximum_filter1d(handled, margin)]
+    return _mean(at_rest, where) if len(at_rest) else None
+
+
 def static_bias(trial: Trial, segment: str) -> StillPart | None:
     """Estimate the static gyroscope bias of one sensor.
 
     Parameters
     ----------
     trial : Trial
-        Still parts are its ``still`` and ``standing`` calibration recordings and its `still_s`.
+        With a ``still`` or a ``standing`` calibration recording, or `still_s`.
     segment : str
         Which sensor.
 
     Returns
     -------
     StillPart or None
-        The quietest of all still parts; None where the trial has none.
+        From the ``still`` recording, where the sensor lay at rest (`resting_mean`); without it
+        from all standing parts together; None where the trial has neither.
+
+    Notes
+    -----
+    Who stands sways, and the mean rate over a stand of length T is off by the angle between its
+    ends over T, however fine the sensor. So the whole of each part is averaged, and parts are
+    weighted by ``(T / unrest)^2``, the inverse of that error's variance.
     """
-    parts = []
-    for name in ("still", "standing"):
-        recording = trial.calibration.get(name, {}).get(segment)
-        if recording is not None and recording.n_samples > 1:
-            parts.append(
-                quietest_window(
-                    recording.gyroscope_rad_s, recording.sampling_rate_hz, f"recording '{name}'"
-                )
-            )
+    recording = trial.calibration.get("still", {}).get(segment)
+    if recording is not None and recording.n_samples > 1:
+        still = resting_mean(
+            recording.gyroscope_rad_s, recording.sampling_rate_hz, "recording 'still'"
+        )
+        if still is not None:
+            return still
+    parts: list[tuple[float, StillPart]] = []
+    recording = trial.calibration.get("standing", {}).get(segment)
+    if recording is not None and recording.n_samples > 1:
+        parts += _standing_part(
+            recording.gyroscope_rad_s, recording.sampling_rate_hz, "recording 'standing'"
+        )
     time = trial.time_s
     for begin, end in trial.still_s:
         inside = (time >= begin) & (time <= end)
-        parts.append(
-            quietest_window(
-                trial.imus[segment].gyroscope_rad_s[inside],
-                trial.sampling_rate_hz,
-                f"still part {begin:.1f}-{end:.1f} s",
-            )
+        parts += _standing_part(
+            trial.imus[segment].gyroscope_rad_s[inside],
+            trial.sampling_rate_hz,
+            f"still part {begin:.1f}-{end:.1f} s",
         )
-    found = [part for part in parts if part is not None]
-    return min(found, key=lambda part: part.unrest_rad_s, default=None)
+    if not parts:
+        return None
+    # a part without any unrest is a constant signal: finite weight, and the most of all
+    weights = np.array([(length / max(part.unrest_rad_s, 1e-9)) ** 2 for length, part in parts])
+    weights /= weights.sum()
+    return StillPart(
+        " and ".join(part.where for _, part in parts),
+        np.asarray(weights @ np.array([part.bias_rad_s for _, part in parts])),
+        float(np.sqrt(weights @ np.array([part.unrest_rad_s**2 for _, part in parts]))),
+    )
+
+
+def _standing_part(
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
+) -> list[tuple[float, StillPart]]:
+    """Average a stand; its length in s beside it, nothing of an empty one."""
+    rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
+    return [(len(rate) / sampling_rate_hz, _mean(rate, where))] if len(rate) else []
+
+
+def _mean(rate_rad_s: FloatArray, where: str) -> StillPart:
+    unrest = np.sqrt(rate_rad_s.var(axis=0).sum())
+    return StillPart(where, np.asarray(rate_rad_s.mean(axis=0)), float(unrest))
 
 
 def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float) -> float:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
-from narx.recording import ImuRecording, ReferenceOrientation, Trial
+from narx.recording import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
 from narx.simulation.body import TABLE_1, Body, body_of
 from narx.simulation.calculus import EDGE
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
@@ -189,7 +189,7 @@ class SimulatedGait(TrialSource):
 
     def _load(self, subject: str, condition: str, trial: str) -> Trial:
         motion, timing, session, every = self._motion(subject, condition, trial)
-        keep = self._kept(motion, every)
+        keep = self._kept(motion.time_s, every)
         names = (subject, condition, trial)
         imus = {
             segment: self._record(segment, motion, session, every, names)
@@ -243,7 +243,7 @@ class SimulatedGait(TrialSource):
         """
         self.select(subject, condition, trial)
         motion, _, session, every = self._motion(subject, condition, trial)
-        keep = self._kept(motion, every)
+        keep = self._kept(motion.time_s, every)
         sensors = {s: self._sensor_orientation(s, motion, session) for s in self.segments}
         return TrueMotion(
             motion.time_s[keep],
@@ -301,10 +301,10 @@ class SimulatedGait(TrialSource):
         n = every * round(length_s * self.sampling_rate_hz)
         return np.arange(-margin, n + margin) / rate_hz, rate_hz, every
 
-    def _kept(self, motion: SkeletonMotion, every: int) -> slice:
+    def _kept(self, motion_time_s: FloatArray, every: int) -> slice:
         """Samples of the motion's clock that are the trial's."""
-        margin = round(-motion.time_s[0] * motion.rate_hz)
-        return slice(margin, len(motion.time_s) - margin, every)
+        margin = round(-motion_time_s[0] * every * self.sampling_rate_hz)
+        return slice(margin, len(motion_time_s) - margin, every)
 
     def _session(self, subject: str, body: Body) -> Session:
         return draw_session(self.seed, subject, body, self.sensor, self.mounting, self.segments)
@@ -329,8 +329,22 @@ class SimulatedGait(TrialSource):
         rate = angular_rate(orientation, motion.rate_hz)
         offset = session.mountings[segment].offset_m
         force = specific_force(orientation, motion.acceleration(segment, offset))
-        keep = self._kept(motion, every)
-        time_s = motion.time_s[keep]
+        return self._measure(segment, rate, force, motion.time_s, session, every, names)
+
+    def _measure(
+        self,
+        segment: str,
+        rate: FloatArray,
+        force: FloatArray,
+        motion_time_s: FloatArray,
+        session: Session,
+        every: int,
+        names: tuple[str, ...],
+    ) -> ImuRecording:
+        """Let the segment's sensor report true signals on the clock of the motion."""
+        keep = self._kept(motion_time_s, every)
+        time_s = motion_time_s[keep]
+        rate_hz = every * self.sampling_rate_hz
         if self.ideal:
             return ImuRecording(segment, time_s, rate[keep], force[keep])
         rng = stream(self.seed, *names, segment, "sensor")
@@ -340,7 +354,7 @@ class SimulatedGait(TrialSource):
         first = keep.start // every - EDGE
         readings = [
             measure(
-                true[inner], motion.rate_hz, every, model, errors,
+                true[inner], rate_hz, every, model, errors,
                 self.sensor.bandwidth_hz, self.sensor.bits, rng,
             )[first : first + len(time_s)]
             for true, model, errors in (
@@ -358,6 +372,18 @@ class SimulatedGait(TrialSource):
             parts = {}
             for part in PARTS:
                 time_s, rate_hz, every = self._clock(duration_s(part))
+                if part == "still":
+                    # flat on a table; that the earth turns is below what the gyroscopes resolve
+                    rest = np.zeros((len(time_s), 3))
+                    force = np.tile([0.0, 0.0, GRAVITY_M_S2], (len(time_s), 1))
+                    parts[part] = {
+                        segment: self._measure(
+                            segment, rest, force, time_s, session, every,
+                            (subject, "calibration", part),
+                        )
+                        for segment in self.segments
+                    }  # fmt: skip
+                    continue
                 rng = stream(self.seed, subject, "calibration", part)
                 motion = move(time_s, rate_hz, calibration_angles(part, time_s, rng), body)
                 side = part.rpartition("_")[2]

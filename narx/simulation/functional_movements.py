@@ -1,6 +1,7 @@
 """Calibration movements: standing, hip abduction, passive knee flexion, imperfect as people are.
 
-As in Tham et al. (2020), section II-A: upright standing; abduction and adduction of the hip in
+First the sensors lie on a table (``still``), for their bias. The rest is as in Tham et al. (2020),
+section II-A: upright standing; abduction and adduction of the hip in
 standing; flexion and extension of the knee by someone else, sitting with dangling feet. Sizes
 and imperfections are assumptions, listed in docs/simulator.md.
 """
@@ -14,6 +15,7 @@ from narx.simulation.walking import postural_sway
 FloatArray = NDArray[np.float64]
 
 PARTS = (
+    "still",
     "standing",
     "hip_abduction_right",
     "hip_abduction_left",
@@ -22,6 +24,7 @@ PARTS = (
 )
 DURATION_S = 20.0
 STANDING_S = 10.0
+STILL_S = 30.0
 
 _REPETITIONS = 5
 _FIRST_S = 2.0
@@ -51,7 +54,7 @@ def duration_s(part: str) -> float:
     float
         Seconds.
     """
-    return STANDING_S if part == "standing" else DURATION_S
+    return {"still": STILL_S, "standing": STANDING_S}.get(part, DURATION_S)
 
 
 def calibration_angles(
@@ -62,8 +65,8 @@ def calibration_angles(
     Parameters
     ----------
     part : str
-        One of `PARTS`. Hip abduction begins with the leg moving outwards, knee flexion with the
-        foot moving forwards.
+        One of `PARTS` but ``still``, for which nobody wears the sensors. Hip abduction begins
+        with the leg moving outwards, knee flexion with the foot moving forwards.
     time_s : ndarray, shape (N,)
         Clock; the recording begins at 0.
     rng : numpy.random.Generator

@@ -14,6 +14,9 @@ from narx.datasets.simulated_gait import LEGS, SPEEDS_KM_H, SimulatedGait
 from narx.errors import UserError
 from narx.joint_angles import joint_angles
 from narx.recording import GRAVITY_M_S2
+from narx.simulation.body import TABLE_1
+from narx.simulation.sensor import sensor_model
+from narx.simulation.session import draw_session
 
 CONFIG = Path(__file__).parents[3] / "configs" / "data" / "simulated_gait.yaml"
 SHORT = {"treadmill_duration_s": 25.0}
@@ -202,7 +205,7 @@ def test_reference_differs_from_the_bone_by_what_is_published(trial):
 
 def test_calibration_movements_have_all_imus_of_the_leg(trial):
     calibration = trial.calibration
-    assert set(calibration["standing"]) == set(LEGS)
+    assert set(calibration["still"]) == set(calibration["standing"]) == set(LEGS)
     for side in ("right", "left"):
         for movement in ("hip_abduction", "knee_flexion"):
             assert set(calibration[f"{movement}_{side}"]) == {f"thigh_{side}", f"shank_{side}"}
@@ -210,6 +213,25 @@ def test_calibration_movements_have_all_imus_of_the_leg(trial):
         for imu in part.values():
             assert imu.sampling_rate_hz == pytest.approx(500.0)
             assert np.isfinite(imu.gyroscope_rad_s).all()
+
+
+def test_the_table_tells_the_bias_better_than_a_person_who_sways():
+    source = SimulatedGait(subjects=["S1", "S2"], conditions=["normal"], treadmill_duration_s=20.0)
+    error = {"still": [], "standing": []}
+    for trial in source.select():
+        for segment in LEGS:
+            session = draw_session(
+                0, trial.subject, TABLE_1[trial.subject], sensor_model("physilog"), "random", LEGS
+            )
+            true = session.gyroscopes[segment].bias
+            for part, errors in error.items():
+                rate = trial.calibration[part][segment].gyroscope_rad_s
+                errors.append(np.degrees(rate.mean(axis=0) - true))
+    rms = {part: np.sqrt(np.mean(np.square(errors))) for part, errors in error.items()}
+    assert rms["still"] < 0.02
+    assert 0.02 < rms["standing"] < 0.2
+    force = trial.calibration["still"]["thigh_right"].accelerometer_m_s2.mean(axis=0)
+    assert np.linalg.norm(force) == pytest.approx(9.81, abs=0.4)
 
 
 def test_calibration_and_walk_have_the_same_sensor(trial):
