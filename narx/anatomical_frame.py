@@ -133,7 +133,8 @@ def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
     if not len(walk_rad_s):
         return 0
     skewness = float(skew(-(walk_rad_s @ left)))
-    return 0 if abs(skewness) < _MIN_SKEWNESS else int(np.sign(skewness))
+    # a rate without any movement has no skewness, NaN
+    return int(np.sign(skewness)) if abs(skewness) >= _MIN_SKEWNESS else 0
 
 
 def excursion_rad(rate_rad_s: FloatArray, axis: FloatArray, sampling_rate_hz: float) -> float:

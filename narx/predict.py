@@ -7,15 +7,14 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from narx.calibration import calibrate
+from narx.clock_conversion import ClockConversion
 from narx.errors import RecordingError, UserError
 from narx.method import SegmentSignals
 from narx.network_method import NarxMethod
 from narx.recording import ImuRecording, Trial
-from narx.resampling import contiguous_pieces, resample_vectors
 from narx.segment_angles import axis_rates, mirror_angular_rate
 from narx.shipped import checkpoint_or_shipped
 from narx.static_bias import first_rest_s, quietest_window
@@ -30,6 +29,8 @@ MAX_GAP_S = 0.05
 # a person who stands still sways less, and no gyroscope of today is off by more
 _MAX_UNREST_RAD_S = np.radians(2.0)
 _MAX_BIAS_RAD_S = np.radians(10.0)
+# windows that are looked for, the longer ones first: they average more noise and sway out
+_STILL_S = (5.0, 2.0, 1.0)
 # enough for the direction of gravity
 _MIN_STANDING_S = 0.5
 
@@ -94,8 +95,8 @@ def predict(
         Whether the gyroscope's static bias is removed.
     still_s : tuple of (float, float), optional
         Part in which the sensor was at rest, s on the recording's clock: its mean rate is the
-        bias. Without it, the quietest 5 s are taken if they are quiet enough (unrest below
-        2 deg/s, mean below 10 deg/s); otherwise the bias stays in, and a note says so.
+        bias. Without it, the quietest 5, 2 or 1 s are taken, the first of these that is quiet
+        (unrest below 2 deg/s, mean below 10 deg/s); else the bias stays in, and a note says so.
     where : str
         Name of the recording, for messages.
 
@@ -118,10 +119,11 @@ def predict(
     _check("frame", frame, Frame)
     _check("side", side, Side)
     _check("start_pose", start_pose, StartPose)
-    clock, rate_hz = _uniform_clock(recording, where)
+    conversion = ClockConversion(recording.time_s, MAX_GAP_S, where)
+    rate_hz = conversion.sampling_rate_hz
     bias, bias_note = _bias(recording, remove_bias, still_s, where)
     corrected = recording.gyroscope_rad_s - (0.0 if bias is None else bias)
-    gyroscope = _on_clock(recording.time_s, corrected, clock)
+    gyroscope = conversion.to_clock(corrected)
     if not np.isfinite(gyroscope).any():
         raise RecordingError(f"{where}: no two gyroscope samples within {MAX_GAP_S:g} s")
     has_accelerometer = bool(np.isfinite(recording.accelerometer_m_s2).all(axis=1).any())
@@ -130,8 +132,8 @@ def predict(
     if frame == "anatomical":
         frame_note = "frame anatomical: axes taken as x forward, y left, z up"
     elif has_accelerometer:
-        force = _on_clock(recording.time_s, recording.accelerometer_m_s2, clock)
-        imu = ImuRecording(f"leg_{side}", clock, gyroscope, force)
+        force = conversion.to_clock(recording.accelerometer_m_s2)
+        imu = ImuRecording(f"leg_{side}", conversion.clock_s, gyroscope, force)
         to_anatomical, frame_note = _sensor_to_anatomical(imu, rate_hz, frame, start_pose, where)
         gyroscope = to_anatomical.apply(gyroscope)
     else:
@@ -151,8 +153,8 @@ def predict(
     std = method.standard_deviation(signals)
     return Prediction(
         recording.time_s,
-        _at_samples(clock, method.estimate(signals), recording.time_s, there),
-        None if std is None else _at_samples(clock, std, recording.time_s, there),
+        conversion.to_samples(method.estimate(signals), there),
+        None if std is None else conversion.to_samples(std, there),
         bias,
         (f"{rate_hz:g} Hz", bias_note, frame_note),
     )
@@ -241,60 +243,41 @@ def _check(name: str, value: object, choices: object) -> None:
 
 
 def _bias(
-    recording: ImuRecording,
-    remove: bool,
-    still_s: tuple[float, float] | None,
-    where: str,
+    recording: ImuRecording, remove: bool, still_s: tuple[float, float] | None, where: str
 ) -> tuple[FloatArray | None, str]:
     if not remove:
         return None, "static bias left in, as asked for"
-    rate_hz = recording.sampling_rate_hz
-    if still_s is None:
-        part = quietest_window(recording.gyroscope_rad_s, rate_hz, "the quietest 5 s")
-        if (
-            part is None
-            or part.unrest_rad_s > _MAX_UNREST_RAD_S
-            or np.linalg.norm(part.bias_rad_s) > _MAX_BIAS_RAD_S
-        ):
-            return None, (
-                f"{where}: static bias left in, no 5 s without movement to take it from; "
-                "still_s tells a shorter part, remove_bias=False that it is off already"
-            )
-    else:
+    if still_s is not None:
         begin, end = still_s
         inside = (recording.time_s >= begin) & (recording.time_s <= end)
-        there = recording.gyroscope_rad_s[inside]
-        there = there[np.isfinite(there).all(axis=1)]
-        if not len(there):
+        rate = recording.gyroscope_rad_s[inside]
+        rate = rate[np.isfinite(rate).all(axis=1)]
+        if not len(rate):
             raise RecordingError(
                 f"{where}: no gyroscope sample in still_s {begin:g}-{end:g} s; the recording "
                 f"lasts from {recording.time_s[0]:g} to {recording.time_s[-1]:g} s"
             )
         # all of it: what was said to be still is not searched again
-        bias = there.mean(axis=0)
-        return bias, f"static bias {_deg_s(bias)} deg/s from {begin:g}-{end:g} s removed"
-    return part.bias_rad_s, (
-        f"static bias {_deg_s(part.bias_rad_s)} deg/s from {part.where} removed"
+        return _removed(rate.mean(axis=0), f"{begin:g}-{end:g} s")
+    for window_s in _STILL_S:
+        part = quietest_window(
+            recording.gyroscope_rad_s, recording.sampling_rate_hz, where, window_s
+        )
+        if (
+            part is not None
+            and part.unrest_rad_s < _MAX_UNREST_RAD_S
+            and np.linalg.norm(part.bias_rad_s) < _MAX_BIAS_RAD_S
+        ):
+            return _removed(part.bias_rad_s, f"the quietest {window_s:g} s")
+    return None, (
+        f"{where}: static bias left in, no {_STILL_S[-1]:g} s without movement to take it from; "
+        "give still_s, or remove_bias=False if it is off already"
     )
 
 
-def _deg_s(rate_rad_s: FloatArray) -> list[float]:
-    return [round(float(value), 3) for value in np.degrees(rate_rad_s)]
-
-
-def _uniform_clock(recording: ImuRecording, where: str) -> tuple[FloatArray, float]:
-    """Make a clock of about the median rate that begins and ends with the recording."""
-    if recording.n_samples < 2:
-        raise RecordingError(f"{where}: {recording.n_samples} samples, expected at least 2")
-    begin, end = recording.time_s[[0, -1]]
-    intervals = max(1, round((end - begin) * recording.sampling_rate_hz))
-    return np.linspace(begin, end, intervals + 1), intervals / (end - begin)
-
-
-def _on_clock(time_s: FloatArray, values: FloatArray, clock: FloatArray) -> FloatArray:
-    # a slow recording has no gap between its regular samples
-    max_gap_s = max(MAX_GAP_S, 1.5 * float(np.median(np.diff(time_s))))
-    return resample_vectors(time_s, values, clock, max_gap_s=max_gap_s)
+def _removed(bias_rad_s: FloatArray, source: str) -> tuple[FloatArray, str]:
+    shown = np.degrees(bias_rad_s).round(3).tolist()
+    return bias_rad_s, f"static bias {shown} deg/s from {source} removed"
 
 
 def _sensor_to_anatomical(
@@ -315,22 +298,3 @@ def _sensor_to_anatomical(
     except RecordingError as error:
         raise RecordingError(str(error).replace(trial.name, where)) from error
     return calibrated.sensor_to_anatomical, f"frame {calibrated.notes[1]}"
-
-
-def _at_samples(
-    clock: FloatArray, values: FloatArray, time_s: FloatArray, there: NDArray[np.bool_]
-) -> FloatArray:
-    """Bring values from the uniform clock to the sampling times, NaN where nothing is there."""
-    result = np.full((len(time_s), values.shape[1]), np.nan)
-    interval = float(clock[1] - clock[0])
-    for piece in contiguous_pieces(clock, np.isfinite(values).all(axis=1), 1.5 * interval):
-        # up to one interval beyond the piece: its first sample may lie before the first tick
-        first, last = clock[piece[0]] - interval, clock[piece[-1]] + interval
-        inside = there & (time_s > first) & (time_s < last)
-        if piece.size < 2 or not inside.any():
-            continue
-        spline = make_interp_spline(
-            clock[piece] - first, values[piece], k=3 if piece.size > 3 else 1
-        )
-        result[inside] = spline(time_s[inside] - first)
-    return result

@@ -37,7 +37,7 @@ class StillPart:
 
 
 def quietest_window(
-    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str, window_s: float = WINDOW_S
 ) -> StillPart | None:
     """Find the quietest window of a part that should be still.
 
@@ -49,17 +49,19 @@ def quietest_window(
         Samples per second.
     where : str
         Name of the part.
+    window_s : float
+        Length of the window, s.
 
     Returns
     -------
     StillPart or None
-        Mean over the `WINDOW_S` (or over the whole part, if shorter) in which the rate varies
+        Mean over the window (or over the whole part, if shorter) in which the rate varies
         least; None without a sample.
     """
     rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
     if not len(rate):
         return None
-    length = min(len(rate), max(1, round(WINDOW_S * sampling_rate_hz)))
+    length = min(len(rate), max(1, round(window_s * sampling_rate_hz)))
     # a shifted origin keeps the difference of two running sums exact
     origin = rate.mean(axis=0)
     shifted = rate - origin
@@ -71,7 +73,7 @@ def quietest_window(
 
 
 def resting_mean(
-    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str, window_s: float = WINDOW_S
 ) -> StillPart | None:
     """Average a recording of a sensor that lies still, but for being put down and taken up.
 
