@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+import torch
+
+from narx import checkpoint as checkpoints
+from narx.checkpoint import Checkpoint
+from narx.method import SegmentSignals
+from narx.model import Narx
+from narx.normalisation import Normalisation
+from narx.start_up import StartUp
+
+
+@pytest.fixture
+def network():
+    model = Narx(50.0, Normalisation(3.0, 0.5))
+    generator = torch.Generator().manual_seed(0)
+    with torch.no_grad():
+        weights = 0.4 * torch.randn(model.weights.shape, generator=generator, dtype=torch.float64)
+        model.weights.copy_(weights * model.trainable)
+    return Checkpoint(model, StartUp(duration_s=2.0, averaging_s=1.0))
+
+
+@pytest.fixture
+def saved(network, tmp_path):
+    checkpoints.save(network, tmp_path / "checkpoint.pt")
+    return tmp_path / "checkpoint.pt"
+
+
+def test_torchscript_file_gives_the_angles_of_the_package(run_command, network, saved, tmp_path):
+    output = tmp_path / "new" / "narx.pt"
+    status, out, err, _ = run_command(
+        "export", f"checkpoint={saved}", "format=torchscript", f"output={output}"
+    )
+    assert (status, err) == (0, "")
+    assert str(output) in out
+    rates = np.random.default_rng(0).normal(size=(300, 3))
+    signals = SegmentSignals("thigh", 50.0, rates, np.zeros_like(rates))
+    angles = torch.jit.load(output)(torch.from_numpy(rates)).numpy()
+    np.testing.assert_allclose(angles, network.method().estimate(signals), atol=1e-8, rtol=0)
+    assert [path.name for path in output.parent.iterdir()] == ["narx.pt"]
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "files"),
+    [
+        ("torch_export", [], ["narx.pt2"]),
+        ("c", ["precision=float"], ["narx.c", "narx.h"]),
+    ],
+)
+def test_other_formats(run_command, saved, tmp_path, name, options, files):
+    output = tmp_path / "new" / files[0]
+    status, _, err, _ = run_command(
+        "export", f"checkpoint={saved}", f"format={name}", f"output={output}", *options
+    )
+    assert (status, err) == (0, "")
+    assert sorted(path.name for path in output.parent.iterdir()) == files
+
+
+@pytest.mark.parametrize(
+    ("overrides", "says"),
+    [
+        (["format=torchscript"], "output"),
+        (["format=matlab", "output=new/x"], "format is 'matlab', expected one of torchscript"),
+        (["format=c", "output=new/x.pt"], "expected a name that ends in .c"),
+        (["output=new/x.pt", "precision=float"], "precision=float is for format=c"),
+        (["output=new/x.pt", "checkpoint=missing.pt"], "no file 'missing.pt'"),
+        (["output=new/x.pt", "checkpoint=own.pt"], "axis_scaling is 'own'"),
+        (["output=new/x.pt", "checkpoint=cut.pt"], "'cut.pt' is not a network"),
+        (["output=checkpoint.pt/x.pt"], "'checkpoint.pt/x.pt' cannot be written"),
+    ],
+)
+def test_a_mistake_is_one_line_and_leaves_nothing(
+    run_command, monkeypatch, network, saved, overrides, says
+):
+    monkeypatch.chdir(saved.parent)
+    checkpoints.save(Checkpoint(network.model, network.start_up, axis_scaling="own"), "own.pt")
+    saved.with_name("cut.pt").write_bytes(saved.read_bytes()[:1000])
+    status, _, err, _ = run_command("export", f"checkpoint={saved}", *overrides)
+    assert status == 2
+    (line,) = err.splitlines()
+    assert line.startswith("error: ")
+    assert says in line
+    assert not saved.with_name("new").exists() or not list(saved.with_name("new").iterdir())
