@@ -1,0 +1,395 @@
+"""Measure the engine and its peers in one run, and print what README claims.
+
+python -m experiments.speed
+
+OPENBLAS_CORETYPE and OPENBLAS_L2_SIZE are unset before numpy is imported: where an environment
+sets them, numpy is slower than it need be, and so would be the peers that rest on it.
+"""
+
+# ruff: noqa: E402
+import os
+
+for _name in ("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE"):
+    os.environ.pop(_name, None)
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from omegaconf import DictConfig
+
+from experiments import speed_peers as peers
+from experiments.command import command, environment, run_directory, seed_everything, write_json
+from narx.closed_loop import closed_loop
+from narx.coupled_loop import coupled_closed_loop
+from narx.least_squares.network import NetworkFit
+from narx.least_squares.stopping import Stopping
+from narx.levenberg_marquardt import Options, levenberg_marquardt
+from narx.multi_start import multi_start, network_curriculum, normal_starts
+from narx.structure import NarxStructure
+
+FloatArray = NDArray[np.float64]
+
+_STRUCTURE = NarxStructure()
+_FIRST_USE = """
+import time; start = time.perf_counter()
+import numpy as np, torch
+from narx.closed_loop import closed_loop
+from narx.multi_start import multi_start, network_curriculum, normal_starts
+from narx.structure import NarxStructure
+imported = time.perf_counter()
+structure = NarxStructure()
+v = torch.from_numpy(np.random.default_rng(0).standard_normal((200, 1)))
+target = 0.1 * v[:, 0]
+stages = network_curriculum(v, target, structure=structure, horizons=(1, None))
+starts = normal_starts(structure, 16, np.random.default_rng(0))
+best = multi_start(stages, starts, stages[-1].problem)
+closed_loop(torch.from_numpy(best.weights), v, structure=structure)
+closed_loop(torch.from_numpy(best.weights), v.expand(9, 200, 1), structure=structure)
+print(time.perf_counter() - imported)
+"""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Median and quartiles of repeated runs.
+
+    Parameters
+    ----------
+    median_s, q25_s, q75_s : float
+        Of the times, s.
+    n : int
+        Runs.
+    """
+
+    median_s: float
+    q25_s: float
+    q75_s: float
+    n: int
+
+
+def timed(work: Callable[[], Any], repeats: int, scale: float = 1.0) -> Timing:
+    """Time a piece of work, after one run that does not count.
+
+    Parameters
+    ----------
+    work : callable
+        What to time.
+    repeats : int
+        How often.
+    scale : float
+        Factor on the times, for work that is a part of the whole.
+
+    Returns
+    -------
+    Timing
+        Median and quartiles.
+    """
+    work()
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(scale * (time.perf_counter() - start))
+    q25, median, q75 = np.quantile(times, (0.25, 0.5, 0.75))
+    return Timing(float(median), float(q25), float(q75), repeats)
+
+
+def gait_like(n: int, rate_hz: float = 500.0) -> tuple[FloatArray, FloatArray]:
+    """Make a rate and an angle that look like a thigh's in the sagittal plane, normalised.
+
+    Parameters
+    ----------
+    n : int
+        Samples.
+    rate_hz : float
+        Sampling rate.
+
+    Returns
+    -------
+    rate, angle : ndarray, shape (n,)
+        Each with a largest magnitude of one.
+    """
+    time_s = np.arange(n) / rate_hz
+    sway = 0.2 * np.sin(2 * np.pi * 0.05 * time_s)
+    harmonics = ((20.0, 0.0), (6.0, 1.0), (2.5, 2.0), (1.0, 0.5), (0.4, 0.1))
+    angle = sum(
+        size * np.sin(2 * np.pi * 0.9 * k * time_s + phase + k * sway)
+        for k, (size, phase) in enumerate(harmonics, start=1)
+    )
+    rate = np.gradient(angle, 1.0 / rate_hz)
+    rate = rate + 0.002 * np.abs(rate).max() * np.random.default_rng(0).standard_normal(n)
+    return rate / np.abs(rate).max(), angle / np.abs(angle).max()
+
+
+class _Bench:
+    """Signals, a trained network, and the timings so far."""
+
+    def __init__(self, cfg: DictConfig) -> None:
+        self.cfg = cfg
+        self.timings: dict[str, Timing] = {}
+        self.v, self.target = gait_like(cfg.n_samples)
+        self.inputs = torch.from_numpy(self.v)[:, None]
+        self.targets = torch.from_numpy(self.target)
+        self.rng = np.random.default_rng(cfg.seed)
+        self.open = NetworkFit(self.inputs, self.targets, structure=_STRUCTURE, horizon=1)
+        self.closed = NetworkFit(self.inputs, self.targets, structure=_STRUCTURE)
+        stages = network_curriculum(
+            self.inputs, self.targets, structure=_STRUCTURE, horizons=(1, None)
+        )
+        starts = normal_starts(_STRUCTURE, 16, self.rng)
+        self.weights = multi_start(stages, starts, self.closed).weights
+
+    def time(self, name: str, work: Callable[[], Any] | None, slow: bool = False) -> None:
+        if work is not None:
+            repeats = self.cfg.slow_repeats if slow else self.cfg.repeats
+            self.timings[name] = timed(work, repeats)
+            print(f"  {name:<44} {1e3 * self.timings[name].median_s:12.4g} ms", flush=True)
+
+    def ratio(self, peer: str, own: str) -> float | None:
+        if peer not in self.timings or own not in self.timings:
+            return None
+        return self.timings[peer].median_s / self.timings[own].median_s
+
+
+def _closed_loop_jacobian(bench: _Bench, c: peers.CompiledC | None) -> None:
+    w, v, target = bench.weights, bench.v, bench.target
+    bench.time("closed_loop_jacobian.narx", lambda: bench.closed.products(w[None]))
+    eight = np.repeat(w[None], 8, axis=0)
+    bench.time("closed_loop_jacobian.narx_8_starts", lambda: bench.closed.products(eight))
+    if c is not None:
+        bench.time("closed_loop_jacobian.c", c.closed_loop_products(w, v, target))
+        # alternating, so that neither has the quieter minute
+        bench.time("closed_loop_jacobian.narx", lambda: bench.closed.products(w[None]))
+    if not bench.cfg.peers:
+        return
+    for unroll in (1, 8):
+        work = peers.jax_jacobian(w, v, target, unroll)
+        bench.time(f"closed_loop_jacobian.jax_scan_unroll_{unroll}", work)
+    for script in (True, False):
+        name = "torch_scripted_loop" if script else "torch_eager_loop"
+        bench.time(
+            f"closed_loop_jacobian.{name}", peers.torch_gradient(w, v, target, script), slow=True
+        )
+    bench.time("closed_loop_jacobian.pyrenn", peers.pyrenn_jacobian(v, target), slow=True)
+
+
+def _open_loop_training(bench: _Bench) -> dict[str, Any]:
+    cfg, n = bench.cfg, bench.cfg.iterations
+    start = normal_starts(_STRUCTURE, 1, np.random.default_rng(cfg.seed))[0]
+    options = Options(Stopping(max_evaluations=n, gradient=0.0, step=0.0))
+    bench.time("open_loop_lm.narx", lambda: levenberg_marquardt(bench.open, start, options))
+    if not cfg.peers:
+        return {}
+    scipy_lm = peers.scipy_open_loop(bench.v, bench.target, n)
+    evaluations = scipy_lm(start).nfev
+    bench.time("open_loop_lm.scipy", lambda: scipy_lm(start), slow=True)
+    # MINPACK may stop early: both are taken per evaluation
+    factor = n / evaluations
+    old = bench.timings["open_loop_lm.scipy"]
+    bench.timings["open_loop_lm.scipy"] = Timing(
+        factor * old.median_s, factor * old.q25_s, factor * old.q75_s, old.n
+    )
+    torch_lm = peers.torch_levenberg_marquardt_open_loop(bench.v, bench.target, n)
+    if torch_lm is not None:
+        bench.time("open_loop_lm.torch_levenberg_marquardt", lambda: torch_lm(start), slow=True)
+    optimistix = peers.optimistix_open_loop(bench.v, bench.target, n)
+    if optimistix is not None:
+        bench.time("open_loop_lm.optimistix", lambda: optimistix(start), slow=True)
+    return _race(bench)
+
+
+def _race(bench: _Bench) -> dict[str, Any]:
+    """Time from the same starts to the same mean square of one-step errors."""
+    cfg, n_samples = bench.cfg, bench.cfg.n_samples
+    starts = normal_starts(_STRUCTURE, cfg.n_cost_starts, np.random.default_rng(cfg.seed))
+    level = 1e-6
+    result: dict[str, Any] = {"mean_square": level, "n_starts": len(starts)}
+    stopping = Stopping(max_evaluations=1000, gradient=0.0, step=0.0, cost=level)
+    scipy_lm = peers.scipy_open_loop(bench.v, bench.target, 1000)
+    solvers: dict[str, Callable[[FloatArray], float]] = {
+        "narx": lambda w: float(levenberg_marquardt(bench.open, w, Options(stopping)).cost[0]),
+        "scipy": lambda w: float(scipy_lm(w, level).cost),
+    }
+    for name, solve in solvers.items():
+        solve(starts[0])
+        times, reached = [], 0
+        for start in starts:
+            begin = time.perf_counter()
+            cost = solve(start)
+            times.append(time.perf_counter() - begin)
+            reached += 2.0 * cost / n_samples <= level
+        result[name] = {"median_s": float(np.median(times)), "reached": int(reached)}
+    return result
+
+
+def _rollout(bench: _Bench, c: peers.CompiledC | None) -> dict[str, float]:
+    cfg = bench.cfg
+    v, _ = gait_like(cfg.n_rollout_samples)
+    w = torch.from_numpy(bench.weights)
+    errors = {}
+    for n_channels in (1, cfg.n_channels):
+        gains = np.linspace(0.5, 1.0, n_channels)[::-1, None]
+        signals = np.ascontiguousarray(gains * v)
+        inputs = torch.from_numpy(signals)[..., None]
+        name = f"rollout_{n_channels}"
+
+        def work(inputs: torch.Tensor = inputs) -> torch.Tensor:
+            return closed_loop(w, inputs, structure=_STRUCTURE)[0]
+
+        bench.time(f"{name}.narx", work, slow=n_channels > 1)
+        threads = torch.get_num_threads()
+        torch.set_num_threads(1)
+        bench.time(f"{name}.narx_1_thread", work, slow=n_channels > 1)
+        torch.set_num_threads(threads)
+        if c is not None:
+            bench.time(f"{name}.c", c.rollout(bench.weights, signals), slow=n_channels > 1)
+        if cfg.peers:
+            part = min(cfg.slow_samples, cfg.n_rollout_samples)
+            scripted = peers.torchscript_rollout(bench.weights, signals[:, :part])
+            timing = timed(scripted, cfg.slow_repeats, cfg.n_rollout_samples / part)
+            bench.timings[f"{name}.torchscript"] = timing
+            print(f"  {name + '.torchscript':<44} {1e3 * timing.median_s:12.4g} ms", flush=True)
+        exact, _ = closed_loop(w, inputs[:8], structure=_STRUCTURE, tanh="exact")
+        errors[name] = float((work(inputs[:8]) - exact).abs().max())
+    return errors
+
+
+def _multi_start(bench: _Bench) -> dict[str, float]:
+    cfg = bench.cfg
+    options = Options(Stopping(max_evaluations=cfg.iterations, gradient=0.0, step=0.0))
+    stages = network_curriculum(
+        bench.inputs,
+        bench.targets,
+        structure=_STRUCTURE,
+        horizons=(1, None),
+        options=options,
+    )
+    starts = normal_starts(_STRUCTURE, cfg.n_starts, np.random.default_rng(cfg.seed))
+    bench.time("multi_start.narx", lambda: multi_start(stages, starts, bench.closed), slow=True)
+    loop = bench.timings.get("closed_loop_jacobian.torch_scripted_loop")
+    if loop is not None:
+        # what its closed-loop gradients alone would take; the table says that it is a product
+        factor = cfg.n_starts * cfg.iterations
+        bench.timings["multi_start.torch_loop"] = Timing(
+            factor * loop.median_s, factor * loop.q25_s, factor * loop.q75_s, loop.n
+        )
+    return multi_start(stages, starts, bench.closed).spread()
+
+
+def _paper(bench: _Bench) -> None:
+    """75 minutes of four IMUs at 500 Hz: networks of all three axes, coupled."""
+    cfg = bench.cfg
+    n_recordings = 15 * 4
+    v, _ = gait_like(cfg.n_rollout_samples)
+    axes = np.array([2.0, 0.3, 0.4])
+    rates = torch.from_numpy(v[:, None] * axes).expand(n_recordings, -1, -1)
+    scale = torch.ones(3, dtype=torch.float64)
+    weights = torch.from_numpy(bench.weights)
+
+    def work() -> None:
+        for part in rates.split(20):
+            coupled_closed_loop(
+                weights, part, rate_scale=2.0 * scale, angle_scale=0.4 * scale,
+                structure=_STRUCTURE,
+            )  # fmt: skip
+
+    bench.time("coupled_75_minutes_4_imus.narx", work, slow=True)
+
+
+def _first_use() -> dict[str, float]:
+    """Compile in a fresh cache, then start again from it."""
+    result = {}
+    with tempfile.TemporaryDirectory() as cache:
+        for name in ("first_use_s", "later_use_s"):
+            run = subprocess.run(
+                [sys.executable, "-c", _FIRST_USE],
+                env=os.environ | {"NUMBA_CACHE_DIR": cache},
+                check=True,
+                capture_output=True,
+                text=True,
+            )
+            result[name] = float(run.stdout)
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-c", "import narx"], check=True)
+        times.append(time.perf_counter() - start)
+    return result | {"import_narx_s": float(np.median(times))}
+
+
+def _ratios(bench: _Bench) -> dict[str, float | None]:
+    own = "closed_loop_jacobian.narx"
+    n = f"rollout_{bench.cfg.n_channels}"
+    scans = [bench.ratio(f"closed_loop_jacobian.jax_scan_unroll_{u}", own) for u in (1, 8)]
+    loops = [
+        bench.ratio(f"closed_loop_jacobian.torch_{kind}_loop", own)
+        for kind in ("scripted", "eager")
+    ]
+
+    def least(ratios: list[float | None]) -> float | None:
+        known = [ratio for ratio in ratios if ratio is not None]
+        return min(known) if known else None
+
+    return {
+        "closed_loop_jacobian_vs_torch_loop": least(loops),
+        "closed_loop_jacobian_vs_jax_scan": least(scans),
+        "closed_loop_jacobian_vs_pyrenn": bench.ratio("closed_loop_jacobian.pyrenn", own),
+        "closed_loop_jacobian_vs_c": bench.ratio("closed_loop_jacobian.c", own),
+        "open_loop_lm_vs_scipy": bench.ratio("open_loop_lm.scipy", "open_loop_lm.narx"),
+        "open_loop_lm_vs_torch_levenberg_marquardt": bench.ratio(
+            "open_loop_lm.torch_levenberg_marquardt", "open_loop_lm.narx"
+        ),
+        "open_loop_lm_vs_optimistix": bench.ratio("open_loop_lm.optimistix", "open_loop_lm.narx"),
+        "rollout_1_vs_torchscript": bench.ratio("rollout_1.torchscript", "rollout_1.narx"),
+        "rollout_1_vs_c": bench.ratio("rollout_1.c", "rollout_1.narx"),
+        "rollout_180_vs_torchscript": bench.ratio(f"{n}.torchscript", f"{n}.narx"),
+        "rollout_180_vs_c": bench.ratio(f"{n}.c", f"{n}.narx_1_thread"),
+        "multi_start_vs_torch_loop": bench.ratio("multi_start.torch_loop", "multi_start.narx"),
+    }
+
+
+def _speed(cfg: DictConfig) -> None:
+    """Run everything, print the table, write speed.json."""
+    seed_everything(cfg.seed)
+    print("OPENBLAS_CORETYPE and OPENBLAS_L2_SIZE are unset; medians follow", flush=True)
+    bench = _Bench(cfg)
+    with tempfile.TemporaryDirectory() as folder:
+        c = None
+        if cfg.peers and peers.CompiledC.available():
+            c = peers.CompiledC(Path(folder))
+        _closed_loop_jacobian(bench, c)
+        race = _open_loop_training(bench)
+        errors = _rollout(bench, c)
+    spread = _multi_start(bench)
+    _paper(bench)
+    ratios = _ratios(bench)
+    report: dict[str, Any] = dict(ratios)
+    report["timings"] = {name: vars(timing) for name, timing in bench.timings.items()}
+    report["race_to_the_same_cost"] = race
+    report["difference_to_exact_tanh"] = errors
+    report["multi_start_spread"] = spread
+    if cfg.first_use:
+        report["compilation"] = _first_use()
+    report["environment"] = environment(cfg.seed, {})
+    write_json(report, run_directory() / "speed.json")
+    print("\npeer / project (above 1: the project is faster)")
+    for name, ratio in ratios.items():
+        print(f"  {name:<48} {'-' if ratio is None else f'{ratio:10.3g}'}")
+    for name in ("race_to_the_same_cost", "difference_to_exact_tanh", "compilation"):
+        print(f"{name}: {report.get(name)}")
+    print(run_directory() / "speed.json")
+
+
+main = command("speed")(_speed)
+
+if __name__ == "__main__":
+    main()
