@@ -73,7 +73,7 @@ def quietest_window(
 
 
 def resting_mean(
-    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str, window_s: float = WINDOW_S
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
 ) -> StillPart | None:
     """Average a recording of a sensor that lies still, but for being put down and taken up.
 
