@@ -1,4 +1,5 @@
 from dataclasses import replace
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -212,3 +213,12 @@ def test_what_a_recording_lacks_is_said(walk, motion):
         predict(still, NETWORK, where="w")
     with pytest.raises(UserError, match=r"^sampling_rate_hz is 0, expected a positive number"):
         angles_from_gyroscope(recording.gyroscope_rad_s, 0)
+
+
+@pytest.mark.skipif(
+    not (resources.files("narx") / "shipped.pt").is_file(), reason="no network ships yet"
+)
+def test_the_shipped_network_follows_a_walk(walk):
+    angles = angles_from_gyroscope(sensor_on(walk).gyroscope_rad_s, 100.0)
+    error = (angles - walk.angles_rad)[500:, 0]
+    assert np.sqrt(np.mean(error**2)) < np.radians(5.0)
