@@ -1,5 +1,6 @@
 """What every command shares: its errors, its seed, and the record of its environment."""
 
+import contextlib
 import functools
 import json
 import os
@@ -44,6 +45,19 @@ def _one_line(error: BaseException) -> str:
     return re.sub(r"\s+", " ", "; ".join(lines))
 
 
+@contextlib.contextmanager
+def _mistakes_end_with_one_line() -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:
+        for cause in _causes(error):
+            if isinstance(cause, UserError):
+                sys.exit(_report(str(cause)))
+        if isinstance(error, HydraException | OmegaConfBaseException):
+            sys.exit(_report(_one_line(error)))
+        raise
+
+
 def command(config_name: str) -> Callable[[Callable[[DictConfig], object]], Callable[[], None]]:
     """Make a function of a configuration into a command with Hydra overrides.
 
@@ -61,23 +75,20 @@ def command(config_name: str) -> Callable[[Callable[[DictConfig], object]], Call
     """
 
     def decorate(function: Callable[[DictConfig], object]) -> Callable[[], None]:
-        task = hydra.main(version_base="1.3", config_path=CONFIG_PATH, config_name=config_name)(
-            function
-        )
+        @functools.wraps(function)
+        def job(cfg: DictConfig) -> object:
+            # within the job, since Hydra adds a line of its own to what leaves it as an exception
+            with _mistakes_end_with_one_line():
+                return function(cfg)
+
+        task = hydra.main(version_base="1.3", config_path=CONFIG_PATH, config_name=config_name)(job)
 
         @functools.wraps(function)
         def main() -> None:
             # lets Hydra raise instead of printing and exiting with 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
-            try:
+            with _mistakes_end_with_one_line():
                 task()
-            except Exception as error:
-                for cause in _causes(error):
-                    if isinstance(cause, UserError):
-                        sys.exit(_report(str(cause)))
-                if isinstance(error, HydraException | OmegaConfBaseException):
-                    sys.exit(_report(_one_line(error)))
-                raise
 
         return main
 

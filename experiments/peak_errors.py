@@ -171,7 +171,8 @@ def swing_results(
     Returns
     -------
     trials : pandas.DataFrame
-        A row a trial, segment and method: its names, ``group``, ``r``, ``rmse_deg``.
+        A row a trial, segment and method: its names, ``group``, ``r``, ``rmse_deg``,
+        ``bias_deg``, ``precision_deg``.
     peaks : pandas.DataFrame
         The rows of `peak_errors` with the same names.
     refused : list of str
@@ -192,11 +193,20 @@ def swing_results(
                 refused.append(f"{method}: {error}")
                 continue
             result = agreement(np.deg2rad(angles.reference_deg), np.deg2rad(angles.estimate_deg))
-            trials.append({**names, "method": method, "r": result.r, "rmse_deg": result.rmse_deg})
+            trials.append(
+                {
+                    **names,
+                    "method": method,
+                    "r": result.r,
+                    "rmse_deg": result.rmse_deg,
+                    "bias_deg": result.bias_deg,
+                    "precision_deg": result.precision_deg,
+                }
+            )
             peaks.append(peak_errors(angles).assign(**names, method=method))
     columns = ["dataset", "subject", "condition", "trial", "segment", "group", "method"]
     return (
-        pd.DataFrame(trials, columns=[*columns, "r", "rmse_deg"]),
+        pd.DataFrame(trials, columns=[*columns, "r", "rmse_deg", "bias_deg", "precision_deg"]),
         pd.concat(peaks, ignore_index=True)
         if peaks
         else pd.DataFrame(columns=[*columns, "peak", "error_deg"]),

@@ -11,7 +11,7 @@ from tqdm import tqdm
 from experiments.command import command, environment, run_directory, seed_everything, write_json
 from experiments.figures.canvas import save_figure
 from experiments.networks import train
-from experiments.report import training_history_figure
+from experiments.reports.networks import training_history_figure
 from experiments.sources import combined_index, open_sources
 from experiments.tensorboard_log import TensorBoardLog
 from narx import checkpoint as checkpoints

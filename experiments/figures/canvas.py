@@ -24,6 +24,10 @@ ANGLE_NAMES = (
 )
 REFERENCE_COLOUR = "#000000"
 
+# of a legend in 8 point: line with its gaps, and a letter on average
+_HANDLE_INCHES = 0.55
+_LETTER_INCHES = 0.062
+
 _STYLE = {
     "font.size": 8.0,
     "axes.titlesize": 8.5,
@@ -101,7 +105,12 @@ def legend_below(figure: Figure, axes: Axes) -> None:
         Panel whose labelled lines are listed.
     """
     handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6))
+    if not labels:
+        return
+    # constrained layout makes room below a legend, but none beside it
+    column = _HANDLE_INCHES + _LETTER_INCHES * max(len(label) for label in labels)
+    columns = max(1, min(len(labels), 6, int(figure.get_figwidth() / column)))
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
 
 
 def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:

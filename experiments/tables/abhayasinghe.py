@@ -95,6 +95,7 @@ def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
         r, rmse = over_subjects(mine["r"]), over_subjects(mine["rmse_deg"])
         row: dict[str, object] = {"Method": method_label(method), "Trials": len(mine)}
         row |= {"r mean": r[0], "r SD": r[1], "RMSE mean": rmse[0], "RMSE SD": rmse[1]}
+        row |= {"bias": mine["bias_deg"].mean(), "SD of error": mine["precision_deg"].mean()}
         for kind in ("positive", "negative"):
             error = peaks.loc[(peaks["method"] == method) & (peaks["peak"] == kind), "error_deg"]
             row |= {f"RMSE {kind} peaks": _rms(error), f"bias {kind} peaks": error.mean()}
@@ -126,10 +127,15 @@ def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
     return Table(
         "Thigh angle: correlation, RMSE (°) of trials and of peaks (°)",
         pd.DataFrame(rows).set_index("Method"),
-        {"r mean": 4, "r SD": 4, **dict.fromkeys(("RMSE mean", "RMSE SD"), 2)}
+        {
+            "r mean": 4,
+            "r SD": 4,
+            **dict.fromkeys(("RMSE mean", "RMSE SD", "bias", "SD of error"), 2),
+        }
         | {f"{q} {k} peaks": 2 for q in ("RMSE", "bias") for k in ("positive", "negative")},
-        "Bias = reference - estimate at the peak. In print the complementary filter's correlation "
-        "is 'close to' GIOF's, without a figure.",
+        "Bias = reference - estimate, over trials and at the peaks; SD of error is within a trial, "
+        "its mean taken off. In print the complementary filter's correlation is 'close to' GIOF's, "
+        "without a figure.",
     )
 
 
@@ -179,9 +185,9 @@ def operations_table(counts: Mapping[str, Mapping[str, float]]) -> Table:
         "Floating-point operations and arctangents a sample",
         frame.set_index("Method"),
         {**dict.fromkeys(kinds, 2), time: 0},
-        "Counted while the method ran, mean over the recording. The times of print are GIOF's mean "
-        "while walking (225 µs without arctangent, 500 µs with) and the complementary filter's; "
-        "2-point adds two arctangents in a whole walk.",
+        "Counted while the method ran, mean over the walk, for one angle. The times of print are "
+        "GIOF's mean while walking (225 µs without arctangent, 500 µs with) and the complementary "
+        "filter's; 2-point adds two arctangents in a whole walk.",
     )
 
 
@@ -213,7 +219,8 @@ def phase_tables(
             {
                 "Point/Points": row["points"],
                 "Phase/Point of Gait Cycle": row["phase"],
-                "n": len(share),
+                # a point has no length
+                "n": len(share) if len(row["points"]) > 1 else None,
                 "share of stride (%)": share.mean(),
                 "SD (%)": share.std(ddof=1),
             }
@@ -235,7 +242,7 @@ def phase_tables(
     return [
         Table(
             "Table 2. Phases of gait cycle as identified in the thigh angle waveform",
-            pd.DataFrame(phases).set_index("Point/Points"),
+            pd.DataFrame(phases).astype({"n": "Int64"}).set_index("Point/Points"),
             note="Point g is point b of the next stride.",
         ),
         Table(

@@ -8,11 +8,11 @@ from experiments.tables.table import Table
 from narx.errors import UserError
 from narx.segment_angles import AXES
 
-_SEGMENTS = ("thigh", "shank")
+SEGMENTS = ("thigh", "shank")
 _HEADINGS = {
     (axis, segment): f"{name} {segment}"
     for axis, name in zip(AXES, ("Flex/Ext", "Add/Abd", "Int/Ext rot."), strict=True)
-    for segment in _SEGMENTS
+    for segment in SEGMENTS
 }
 _QUANTITIES = {"rmse_deg": "RMSE (°)", "r": "CORR"}
 _NUMBERS = {"two_point": "I", "gyro_integration": "II"}
@@ -71,10 +71,48 @@ def han_tables(results: pd.DataFrame) -> list[Table]:
     UserError
         If there is neither thigh nor shank.
     """
+    chosen = _of_print(results)
+    others = [m for m in method_order(chosen["method"]) if m not in _NUMBERS]
+    return [_method_table(chosen, method) for method in [*_NUMBERS, *others]]
+
+
+def _of_print(results: pd.DataFrame) -> pd.DataFrame:
+    """Rows of thighs and shanks, with a column ``body``."""
     body = results["segment"].str.split("_").str[0]
-    chosen = results.assign(body=body)[body.isin(_SEGMENTS)]
+    chosen = results.assign(body=body)[body.isin(SEGMENTS)]
     if chosen.empty:
         found = ", ".join(sorted(set(results["segment"]))) or "nothing"
         raise UserError(f"tables of thigh and shank: results hold {found}, expected one of these")
-    others = [m for m in method_order(chosen["method"]) if m not in _NUMBERS]
-    return [_method_table(chosen, method) for method in [*_NUMBERS, *others]]
+    return chosen
+
+
+def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
+    """Put the overall RMSE of every column beside the printed one.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        As for `han_tables`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Index axis and body part; columns the methods and, of those in print, ``paper <method>``,
+        degrees; NaN where an axis is not scored.
+
+    Raises
+    ------
+    UserError
+        If there is neither thigh nor shank.
+    """
+    means = _of_print(results).pivot_table(
+        index=["axis", "body"], columns="method", values="rmse_deg", aggfunc="mean"
+    )
+    means = means.reindex(list(_HEADINGS)).reindex(
+        columns=[*dict.fromkeys([*means.columns, *_NUMBERS])]
+    )
+    for row in published("han_tables_1_and_2").to_dict("records"):
+        if row["quantity"] == "rmse_deg" and row["condition"] == "overall":
+            paper = [float(row[f"{axis}_{body}"]) for axis, body in _HEADINGS]
+            means[f"paper {row['method']}"] = paper
+    return means

@@ -1,0 +1,37 @@
+"""What a benchmark has gathered once all its trials have run."""
+
+from dataclasses import dataclass, field
+
+import pandas as pd
+
+from experiments.estimation import Refusal
+from experiments.evaluated import Evaluated
+from narx.checkpoint import Checkpoint
+
+
+@dataclass
+class Gathered:
+    """Everything that tables and figures are made from.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        The rows of ``results.csv``.
+    evaluated : list of Evaluated
+        Thinned out, for figures: joints where there are any, else segments.
+    refusals : list of Refusal
+        Methods that a recording did not fit.
+    networks : dict of str to Checkpoint
+        By fold; empty where no network ran.
+    sources : dict of str to str
+        Data files and their SHA-256.
+    notes : list of str
+        What the sources did to their data.
+    """
+
+    results: pd.DataFrame
+    evaluated: list[Evaluated] = field(default_factory=list)
+    refusals: list[Refusal] = field(default_factory=list)
+    networks: dict[str, Checkpoint] = field(default_factory=dict)
+    sources: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)

@@ -1,0 +1,31 @@
+"""Give a calibrated segment its gyroscope's static bias back."""
+
+from dataclasses import replace
+
+from narx.calibration import CalibratedSegment
+from narx.recording import side_of
+from narx.segment_angles import axis_rates, mirror_angular_rate
+
+
+def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
+    """Undo the removal of the static bias, for methods that are to deal with it themselves.
+
+    Parameters
+    ----------
+    segment : CalibratedSegment
+        From `narx.calibration.calibrate`.
+
+    Returns
+    -------
+    CalibratedSegment
+        The same frames and reference, with rates as the sensor gave them.
+    """
+    bias = segment.sensor_to_anatomical.apply(segment.static_bias_rad_s)
+    if side_of(segment.signals.segment) == "left":
+        bias = mirror_angular_rate(bias)
+    rates = segment.signals.axis_rates_rad_s + axis_rates(bias)
+    return replace(
+        segment,
+        signals=replace(segment.signals, axis_rates_rad_s=rates),
+        notes=(*segment.notes, "static gyroscope bias put back"),
+    )

@@ -1,0 +1,354 @@
+"""Abhayasinghe, Murray and Sharif Bidabadi: thigh angle by GIOF, one swing after another."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from omegaconf import DictConfig
+
+from experiments.estimation import Refusal
+from experiments.evaluated import Evaluated
+from experiments.figures.histograms import peak_histograms, trial_histograms
+from experiments.figures.phases import phases as phases_figure
+from experiments.figures.swing import swing_figure
+from experiments.figures.waveforms import waveforms
+from experiments.gathered import Gathered
+from experiments.method_labels import method_label, method_order
+from experiments.peak_errors import PEAKS, Swing, swing, swing_results
+from experiments.phase_timing import event_errors, phase_shares
+from experiments.published import published
+from experiments.reports.operations import operations_per_angle
+from experiments.reports.report import Report, Section
+from experiments.tables.abhayasinghe import (
+    correlation_table,
+    method_table,
+    operations_table,
+    phase_tables,
+)
+from narx.calibration import CalibratedSegment, body_part
+from narx.errors import UserError
+from narx.gait_phases import GaitPhases, gait_phases, smooth_rate_and_derivative
+from narx.method import OrientationMethod
+from narx.recording import Trial, side_of
+from narx.segment_angles import SAGITTAL
+
+FloatArray = NDArray[np.float64]
+
+# of one walk, so that a stride fills the figure
+_STRIDES_SHOWN = 2.0
+
+
+@dataclass(frozen=True)
+class _Example:
+    """The walk that the figures show."""
+
+    swing: Swing
+    evaluated: Evaluated
+    rate_rad_s: FloatArray
+    phases: GaitPhases
+    events_s: Mapping[str, FloatArray]
+
+
+class AbhayasingheReport(Report):
+    """Tables 1 to 3, peaks, phases and cost; Fig. 7 to 11.
+
+    Scored is the walk itself where the source knows it (of a walk with a turn, the part before
+    it), else everything after a settling time; within it, from the reference's first to its last
+    minimum, as in print.
+
+    Parameters
+    ----------
+    groups : mapping of str to sequence of str, optional
+        Subjects of each row of Table 1.
+    settling_s : float
+        Start that is not scored where a recording does not begin in the calibration posture, s.
+    method : str
+        Whose figures are set against print.
+    """
+
+    expects = "a thigh that walks, with a reference angle"
+
+    def __init__(
+        self,
+        groups: Mapping[str, Sequence[str]] | None = None,
+        settling_s: float = 5.0,
+        method: str = "giof",
+    ) -> None:
+        self.settling_s = settling_s
+        self.method = method
+        self._groups = {one: group for group, all_ in (groups or {}).items() for one in all_}
+        self._trials: list[pd.DataFrame] = []
+        self._peaks: list[pd.DataFrame] = []
+        self._shares: list[pd.DataFrame] = []
+        self._timing: list[pd.DataFrame] = []
+        self._operations: dict[str, dict[str, float]] = {}
+        self._example: _Example | None = None
+        self._turned: list[str] = []
+        self._mean_deg: list[float] = []
+
+    def observe(
+        self,
+        trial: Trial,
+        calibrated: Mapping[str, CalibratedSegment],
+        methods: Mapping[str, OrientationMethod],
+        evaluated: Sequence[Evaluated],
+    ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
+        """Compare the swings of every thigh, and find its gait phases.
+
+        Parameters
+        ----------
+        trial : Trial
+            The trial.
+        calibrated : mapping of str to CalibratedSegment
+            Its segments.
+        methods : mapping of str to OrientationMethod
+            Those that ran, by name.
+        evaluated : sequence of Evaluated
+            Angles of segments and joints.
+
+        Returns
+        -------
+        evaluated : sequence of Evaluated
+            Thighs, scored over the walk.
+        refusals : sequence of Refusal
+            Thighs without a walk.
+        """
+        kept: list[Evaluated] = []
+        refusals: list[Refusal] = []
+        for one in evaluated:
+            if body_part(one.segment) != "thigh":
+                continue
+            one = replace(one, scored=one.scored & self._walk(trial, one))
+            trials, peaks, refused = swing_results([one], self._groups)
+            refusals += [Refusal(trial.name, one.segment, "swing", line) for line in refused]
+            if trials.empty:
+                continue
+            kept.append(one)
+            self._mean_deg.append(
+                float(np.rad2deg(np.nanmean(one.reference_rad[one.scored, SAGITTAL])))
+            )
+            self._trials.append(trials)
+            self._peaks.append(peaks)
+            try:
+                self._find_phases(trial, calibrated[one.segment], one)
+            except UserError as error:
+                refusals.append(Refusal(trial.name, one.segment, "gait phases", str(error)))
+        return kept, refusals
+
+    def _walk(self, trial: Trial, one: Evaluated) -> NDArray[np.bool_]:
+        if trial.walking_s is None:
+            settling_s = 0.0 if trial.starts_in_calibration_posture else self.settling_s
+            return np.asarray(one.time_s >= settling_s)
+        begin_s, end_s = (moment - float(trial.time_s[0]) for moment in trial.walking_s)
+        if not trial.straight and trial.name not in self._turned:
+            self._turned.append(trial.name)
+        return np.asarray((one.time_s >= begin_s) & (one.time_s <= end_s))
+
+    def _find_phases(
+        self,
+        trial: Trial,
+        segment: CalibratedSegment,
+        one: Evaluated,
+    ) -> None:
+        rate = segment.signals.axis_rates_rad_s[:, SAGITTAL]
+        found = gait_phases(rate, trial.sampling_rate_hz)
+        self._shares.append(phase_shares(found))
+        side = side_of(one.segment)
+        if side is not None and trial.events:
+            start_s = float(trial.time_s[0])
+            self._timing.append(event_errors(found, trial.events, side, start_s))
+        if self._example is None and self.method in one.estimates_rad and found.n_strides:
+            events_s = {
+                name: np.asarray(times) - float(trial.time_s[0])
+                for name, times in trial.events.items()
+                if side is not None and name.endswith(side)
+            }
+            self._example = _Example(swing(one, self.method), one, rate, found, events_s)
+            self._operations = operations_per_angle(segment.signals.select(one.scored))
+
+    def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
+        """Write the tables and what sets them apart from print.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            The benchmark's configuration.
+        gathered : Gathered
+            Its results.
+
+        Returns
+        -------
+        list of str or Table
+            Paragraphs and tables.
+        """
+        trials, peaks = pd.concat(self._trials), pd.concat(self._peaks)
+        shares = pd.concat(self._shares) if self._shares else None
+        timing = pd.concat(self._timing) if self._timing else None
+        sections: list[Section] = [self._how_scored()]
+        if self.method in set(trials["method"]):
+            sections.append(correlation_table(trials, self.method))
+        sections.append(method_table(trials, peaks))
+        if self._operations:
+            sections.append(operations_table(self._operations))
+        sections += phase_tables(shares, timing)
+        simulated = set(gathered.results["dataset"]) == {"simulated_gait"}
+        return sections + self._against_print(trials, peaks, simulated)
+
+    def _how_scored(self) -> str:
+        text = (
+            "Sagittal angle of the thigh, forward positive; error = reference - estimate. "
+            "`results.csv` is scored over the walk, the tables below from the first to the last "
+            "minimum in it."
+        )
+        if self._turned:
+            text += f" Scored until the walk turns: {', '.join(self._turned)}."
+        return text
+
+    def _against_print(
+        self, trials: pd.DataFrame, peaks: pd.DataFrame, simulated: bool
+    ) -> list[Section]:
+        mean = trials.groupby("method")[["r", "rmse_deg", "bias_deg", "precision_deg"]].mean()
+        paragraphs: list[Section] = [_HEADING + _ranking(mean["r"])]
+        if self.method in mean.index:
+            paragraphs.append(self._about_offset(mean.T[self.method], peaks))
+            paragraphs.append(self._about_variants(mean))
+        paragraphs += _about_runaways(mean["precision_deg"])
+        if simulated:
+            paragraphs.append(_ABOUT_SIMULATION)
+        return paragraphs
+
+    def _about_variants(self, mean: pd.DataFrame) -> str:
+        lines = [
+            f"Beside {method_label(self.method)} (mean r {mean['r'][self.method]:.4f}, SD of error "
+            f"{mean['precision_deg'][self.method]:.2f}°), what sets the others apart:\n"
+        ]
+        lines += [
+            f"- {method_label(name)}: {mean['r'][name]:.4f}, {mean['precision_deg'][name]:.2f}°; "
+            f"{_VARIANTS[name]}."
+            for name in method_order(mean.index)
+            if name in _VARIANTS and name != self.method
+        ]
+        return "\n".join(lines)
+
+    def _about_offset(self, mine: pd.Series, peaks: pd.DataFrame) -> str:
+        label = method_label(self.method)
+        text = _published_text()
+        peak = peaks[peaks["method"] == self.method].groupby("peak")["error_deg"].mean()
+        positive, negative = (peak.get(kind, np.nan) - mine["bias_deg"] for kind in PEAKS)
+        scaling = (
+            "the swing comes out too large, the scaling error that print saw in its Fig. 8 as well"
+            if negative > 0 > positive
+            else "not the scaling error that print saw in its Fig. 8"
+        )
+        return (
+            f"{label}'s RMSE is {mine['rmse_deg']:.2f}° (print {text['rmse_mean_deg']:.2f}°), of "
+            f"which {mine['bias_deg']:+.2f}° is a constant error and {mine['precision_deg']:.2f}° "
+            "its SD about that. Integrating a rate less its moving average gives the angle less "
+            "*its* moving average, so a walk loses its mean angle, here "
+            f"{np.mean(self._mean_deg):+.1f}°, until the thigh next comes to rest. Print shows no "
+            "such shift, so its waveforms were presumably brought to a common mean, and the SD "
+            f"is what compares. Beyond the constant error the positive peaks are off by "
+            f"{positive:+.2f}° and the negative ones by {negative:+.2f}°: {scaling} (a window that "
+            "is not a whole number of strides changes the amplitude; docs/methods/giof.md)."
+        )
+
+    def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
+        """Draw Fig. 7 to 11.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            The benchmark's configuration.
+        gathered : Gathered
+            Its results.
+
+        Returns
+        -------
+        dict of str to matplotlib.figure.Figure
+            By file name without suffix.
+        """
+        trials, peaks = pd.concat(self._trials), pd.concat(self._peaks)
+        beside = [m for m in (self.method, "complementary_filter") if m in set(trials["method"])]
+        figures = {
+            "figure_8_peak_errors": peak_histograms(peaks, beside),
+            "figure_9_correlation_and_rmse": trial_histograms(trials, beside),
+        }
+        if self._example is not None:
+            shown = self._example
+            title = shown.evaluated.name.replace("/", ", ")
+            causal = [m for m in shown.evaluated.estimates_rad if m.endswith("_real_time")]
+            walk = shown.evaluated.between(
+                float(shown.swing.time_s[0]) - 2.0, float(shown.swing.time_s[-1]) + 2.0
+            )
+            figures["figure_7_thigh_angle"] = swing_figure(shown.swing, self.method)
+            figures["figure_10_real_time"] = waveforms(
+                [("", walk)], causal or None, axes=[SAGITTAL], title=title
+            )
+            figures["figure_11_phases"] = self._phases_figure(shown)
+        return figures
+
+    def _phases_figure(self, shown: _Example) -> Figure:
+        time_s = shown.evaluated.time_s
+        there = np.isfinite(shown.rate_rad_s)
+        rate = np.interp(time_s, time_s[there], shown.rate_rad_s[there])
+        smooth, _ = smooth_rate_and_derivative(rate, shown.evaluated.sampling_rate_hz)
+        # the first stride of which every point was found
+        whole = np.isfinite(list(shown.phases.times_s.values())).all(axis=0)
+        first = int(np.argmax(whole))
+        stride_s = float(np.nanmedian(shown.phases.times_s["g"] - shown.phases.times_s["b"]))
+        begin_s = float(shown.phases.times_s["a"][first]) - 0.15 * stride_s
+        part = (time_s >= begin_s) & (time_s <= begin_s + _STRIDES_SHOWN * stride_s)
+        angle = shown.evaluated.estimates_rad[self.method][part, SAGITTAL]
+        return phases_figure(
+            time_s[part], angle, smooth[part], shown.phases.times_s, shown.events_s
+        )
+
+
+_HEADING = "**Where and why these figures differ from print.** "
+_VARIANTS = {
+    "giof": "offset window of 1.5 s, rest has to last",
+    "giof_two_strides": "its offset window follows the cadence, so the amplitude stays as it is",
+    "giof_as_printed": "one sample that passes both tests is believed; at the turning points of a "
+    "swing the rate passes through zero while the thigh accelerates",
+    "giof_real_time": "causal: a low-pass filter of 10 Hz, which delays by some 20 ms, and a "
+    "static offset instead of the moving average",
+    "complementary_filter": "no filter before it and the accelerometer at every sample, but so "
+    "faintly (alpha of 0.9999) that over seconds it is the integrated gyroscope",
+    "complementary_filter_real_time": "the same with alpha of 0.999, still without the filter that "
+    "print puts before both",
+}
+# beyond this an SD is no error of measurement
+_RUNAWAY_DEG = 15.0
+
+
+def _about_runaways(precision_deg: pd.Series) -> list[Section]:
+    ran = [m for m in method_order(precision_deg.index) if precision_deg[m] > _RUNAWAY_DEG]
+    if not ran:
+        return []
+    return [
+        f"{', '.join(method_label(m) for m in ran)} ran away: minutes of walking with turns, "
+        "integrated about one axis of the thigh, book the turns as flexion, and nothing (or too "
+        "little of the accelerometer) takes that off again. Print's walks are straight and short."
+    ]
+
+
+_ABOUT_SIMULATION = (
+    "The walkers are virtual (docs/simulator.md) and have no sex: the rows of Table 1 hold as many "
+    "of them as print has men and women. Their reference follows the bone, through markers on the "
+    "skin, and the sensor sits on soft tissue elsewhere on the thigh; in print both were one box. "
+    "Every walk begins and ends in standing within a few steps, so that starting and stopping are "
+    "in every figure. docs/experiments.md switches these off one at a time."
+)
+
+
+def _ranking(r: pd.Series) -> str:
+    printed = published("abhayasinghe_table_1").set_index("group")["r_mean"]["All"]
+    ours = ", ".join(f"{method_label(name)} {r[name]:.4f}" for name in method_order(r.index))
+    return f"Mean correlation in print: GIOF {float(printed):.4f}. Here: {ours}."
+
+
+def _published_text() -> pd.Series:
+    return published("abhayasinghe_text").set_index("quantity")["value"].astype(float)

@@ -1,0 +1,195 @@
+"""The report of any source: all methods side by side, with intervals and tests."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from omegaconf import DictConfig
+
+from experiments.estimation import Refusal
+from experiments.evaluated import Evaluated
+from experiments.figures.bland_altman import bland_altman
+from experiments.figures.calibration import calibration_figure
+from experiments.figures.drift import error_over_time
+from experiments.figures.spectrum import spectrum
+from experiments.figures.waveforms import first_and_last_minute, waveforms
+from experiments.gathered import Gathered
+from experiments.reports.report import Report, Section
+from experiments.tables.comparison import comparison_table
+from experiments.tables.quality import coverage_table, drift_table
+from experiments.tables.table import Table
+from experiments.tables.tham import interval_table, tham_tables
+from narx.calibration import CalibratedSegment
+from narx.method import OrientationMethod
+from narx.recording import Trial
+from narx.segment_angles import SAGITTAL
+from narx.sequences import contiguous
+
+FloatArray = NDArray[np.float64]
+
+
+def walking_gyroscope(
+    trial: Trial, calibrated: Mapping[str, CalibratedSegment], skip_s: float
+) -> tuple[str, FloatArray, float] | None:
+    """Find a walking signal for a spectrum.
+
+    Parameters
+    ----------
+    trial : Trial
+        The trial.
+    calibrated : mapping of str to CalibratedSegment
+        Its segments.
+    skip_s : float
+        Start of the trial that is left out, s.
+
+    Returns
+    -------
+    tuple of (str, ndarray of shape (N,), float), or None
+        Names, sagittal rate in rad/s and sampling rate in Hz of the longest stretch of a shank
+        (or thigh) without gaps; None where neither is there.
+    """
+    for kind in ("shank", "thigh"):
+        for name, segment in calibrated.items():
+            if name.startswith(kind):
+                signals = segment.signals
+                keep = np.arange(signals.n_samples) >= skip_s * signals.sampling_rate_hz
+                pieces = contiguous(name, signals, signals.axis_rates_rad_s, keep)
+                if pieces:
+                    rates = max(pieces, key=lambda p: p.duration_s).signals.axis_rates_rad_s
+                    title = f"{trial.name}, {name}".replace("_", " ")
+                    return title, rates[:, SAGITTAL], signals.sampling_rate_hz
+    return None
+
+
+class GenericReport(Report):
+    """Precision and RMSE of every method; on simulated gait the tables of Tham et al. as well.
+
+    Parameters
+    ----------
+    skip_s : float
+        Start of a trial that does not go into the spectrum, s.
+    """
+
+    def __init__(self, skip_s: float = 5.0) -> None:
+        self.skip_s = skip_s
+        self._gyroscope: tuple[str, FloatArray, float] | None = None
+
+    def observe(
+        self,
+        trial: Trial,
+        calibrated: Mapping[str, CalibratedSegment],
+        methods: Mapping[str, OrientationMethod],
+        evaluated: Sequence[Evaluated],
+    ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
+        """Keep the first walking gyroscope for its spectrum; everything counts.
+
+        Parameters
+        ----------
+        trial : Trial
+            The trial.
+        calibrated : mapping of str to CalibratedSegment
+            Its segments.
+        methods : mapping of str to OrientationMethod
+            Those that ran, by name.
+        evaluated : sequence of Evaluated
+            Angles of segments and joints.
+
+        Returns
+        -------
+        evaluated : sequence of Evaluated
+            The same.
+        refusals : sequence of Refusal
+            None.
+        """
+        if self._gyroscope is None:
+            self._gyroscope = walking_gyroscope(trial, calibrated, self.skip_s)
+        return evaluated, ()
+
+    def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
+        """Write the tables.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            The benchmark's configuration.
+        gathered : Gathered
+            Its results.
+
+        Returns
+        -------
+        list of str or Table
+            Paragraphs and tables.
+        """
+        results = gathered.results
+        sections: list[Section] = [
+            f"Scored from {cfg.evaluation.skip_s:g} s after the start of each trial on; "
+            "error = reference - estimate; precision is the SD of the error."
+        ]
+        knees = results["segment"].str.startswith("knee").any()
+        if knees and set(results["dataset"]) == {"simulated_gait"}:
+            sections += tham_tables(results, cfg.evaluation.skip_s)
+            if "narx" in cfg.methods:
+                sections.append(interval_table(results, seed=cfg.seed))
+        return sections + comparison_sections(cfg, gathered)
+
+    def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
+        """Draw spectrum, waveforms, agreement and error over time.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            The benchmark's configuration.
+        gathered : Gathered
+            Its results.
+
+        Returns
+        -------
+        dict of str to matplotlib.figure.Figure
+            By file name without suffix.
+        """
+        figures: dict[str, Figure] = {}
+        if self._gyroscope is not None:
+            title, rate_rad_s, rate_hz = self._gyroscope
+            figures["spectrum"] = spectrum(rate_rad_s, rate_hz, title=title)
+        by_kind: dict[str, list[Evaluated]] = {}
+        for one in gathered.evaluated:
+            if np.isfinite(one.reference_rad).any():
+                kind = one.segment.removesuffix("_left").removesuffix("_right")
+                by_kind.setdefault(kind, []).append(one)
+        for kind, pieces in by_kind.items():
+            shown = next((piece for piece in pieces if piece.condition == "normal"), pieces[0])
+            figures[f"waveforms_{kind}"] = waveforms(
+                first_and_last_minute(shown), title=shown.name.replace("/", ", ")
+            )
+            for method in cfg.methods:
+                if any(method in piece.estimates_rad for piece in pieces):
+                    figures[f"bland_altman_{kind}_{method}"] = bland_altman(pieces, method)
+            figures[f"error_over_time_{kind}"] = error_over_time(pieces)
+            if any(piece.std_rad for piece in pieces):
+                figures[f"calibration_{kind}"] = calibration_figure(pieces)
+        return figures
+
+
+def comparison_sections(cfg: DictConfig, gathered: Gathered) -> list[Section]:
+    """Compare all methods over subjects, over time and with their predicted bands.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        The benchmark's configuration.
+    gathered : Gathered
+        Its results.
+
+    Returns
+    -------
+    list of Table
+        Precision and RMSE; drift and coverage where there is something to show.
+    """
+    against = "narx" if "narx" in cfg.methods else str(cfg.methods[0])
+    tables: list[Table | None] = [
+        comparison_table(gathered.results, quantity, against, cfg.seed)
+        for quantity in ("precision_deg", "rmse_deg")
+    ]
+    tables += [drift_table(gathered.evaluated, cfg.methods), coverage_table(gathered.evaluated)]
+    return [table for table in tables if table is not None]

@@ -1,0 +1,58 @@
+"""What is said of a trained network."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from experiments.figures.training import training_figure
+from narx.checkpoint import Checkpoint
+
+
+def about_network(fold: str, network: Checkpoint) -> str:
+    """Say in one sentence how a network was trained.
+
+    Parameters
+    ----------
+    fold : str
+        Name of the fold that it was trained for.
+    network : Checkpoint
+        With or without a training report in its history.
+
+    Returns
+    -------
+    str
+        Training data, starts and held-back error, or where the network comes from.
+    """
+    history = network.history
+    if "report" not in history:
+        return f"Network of fold {fold}: {history.get('description', 'from a checkpoint')}."
+    restarts = history["report"]["restarts"]
+    return (
+        f"Network of fold {fold}: trained on {history['training_s']:.0f} s of "
+        f"{len(history['trained_on'])} segments; {restarts['restarts']:.0f} starts, "
+        f"{restarts['dropped']:.0f} dropped, held-back error "
+        f"{restarts['validation_rmse_best_deg']:.2f} deg (median of starts "
+        f"{restarts['validation_rmse_median_deg']:.2f}, worst "
+        f"{restarts['validation_rmse_worst_deg']:.2f})."
+    )
+
+
+def training_history_figure(network: Checkpoint, title: str) -> Figure:
+    """Draw how the kept restart of a network was trained.
+
+    Parameters
+    ----------
+    network : Checkpoint
+        With a training report in its history.
+    title : str
+        Above the panels.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Cost, damping and gradient, whatever the optimizer recorded.
+    """
+    history = network.history["report"]["history"]
+    names = list(history[0]) if history else []
+    return training_figure(
+        {name: [entry.get(name, np.nan) for entry in history] for name in names}, title=title
+    )

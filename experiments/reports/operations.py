@@ -1,0 +1,58 @@
+"""What methods cost: operations a sample and angle, counted while they run."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines.complementary_filter import ComplementaryFilter
+from baselines.giof import Giof
+from baselines.gyro_integration import GyroIntegration
+from baselines.operation_count import operation_table
+from baselines.pseudo_integrator import PseudoIntegrator
+from baselines.two_point import TwoPoint
+from narx.method import OrientationMethod, SegmentSignals
+
+# What print counts: the bare recursions, by the papers' rules and for one angle where they can
+# be run for one; the low-pass filter that GIOF's real-time form puts before it is a row of its own.
+_COUNTED: Mapping[str, OrientationMethod] = MappingProxyType(
+    {
+        "giof": Giof(mode="real_time", axes=("sagittal",), low_pass_hz=None),
+        "giof_real_time": Giof(mode="real_time", axes=("sagittal",)),
+        "complementary_filter": ComplementaryFilter(rule="rectangle", axes=("sagittal",)),
+        "gyro_integration": GyroIntegration(rule="rectangle"),
+        "pseudo_integrator": PseudoIntegrator(gait_frequency_hz=1.0),
+        "two_point": TwoPoint(),
+    }
+)
+# the counting runs in plain Python; a few strides say what a walk takes
+_LONGEST_S = 5.0
+
+
+def operations_per_angle(signals: SegmentSignals) -> dict[str, dict[str, float]]:
+    """Count the operations of every method that can be counted, over one walk.
+
+    Parameters
+    ----------
+    signals : SegmentSignals
+        A walk; samples with something missing are left out, and all after the first seconds.
+
+    Returns
+    -------
+    dict of str to dict of str to float
+        By method and operation, mean per sample and angle.
+    """
+    six = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
+    there: NDArray[np.bool_] = np.asarray(np.isfinite(six).all(axis=1))
+    there[np.flatnonzero(there)[round(_LONGEST_S * signals.sampling_rate_hz) :]] = False
+    walk = signals.select(there)
+    counts: dict[str, dict[str, float]] = {}
+    for name, row in operation_table(walk, _COUNTED).iterrows():
+        method = _COUNTED[str(name)]
+        # 2-point is counted for one angle already
+        together = 1
+        if not isinstance(method, TwoPoint):
+            together = int(np.isfinite(method.estimate(walk)).any(axis=0).sum())
+        counts[str(name)] = {str(kind): float(n) / together for kind, n in row.items()}
+    return counts

@@ -1,0 +1,97 @@
+"""Write what a report says: summary.md, figures, TensorBoard."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from omegaconf import DictConfig
+
+from experiments.estimation import Refusal
+from experiments.figures.canvas import save_figure
+from experiments.gathered import Gathered
+from experiments.reports.networks import about_network, training_history_figure
+from experiments.reports.report import Report, Section
+from experiments.tensorboard_log import TensorBoardLog
+from narx.files import atomic_path
+
+# reasons differ in their numbers from trial to trial; a person reads the first few
+_REASONS_SHOWN = 8
+
+
+def write_report(
+    report: Report, cfg: DictConfig, gathered: Gathered, directory: Path, log: TensorBoardLog
+) -> str:
+    """Write tables, text and figures.
+
+    Parameters
+    ----------
+    report : Report
+        Has observed all trials.
+    cfg : omegaconf.DictConfig
+        The benchmark's configuration.
+    gathered : Gathered
+        Its results.
+    directory : pathlib.Path
+        Run directory.
+    log : TensorBoardLog
+        Gets figures and RMSE.
+
+    Returns
+    -------
+    str
+        What ``summary.md`` says.
+
+    Raises
+    ------
+    UserError
+        If the results hold nothing that the report's tables are made of.
+    """
+    sections: list[Section] = [_heading(gathered), *report.sections(cfg, gathered)]
+    sections += [about_network(fold, network) for fold, network in gathered.networks.items()]
+    sections += about_refusals(gathered.refusals)
+    text = "\n\n".join(
+        section if isinstance(section, str) else section.to_markdown().strip()
+        for section in sections
+    )
+    with atomic_path(directory / "summary.md") as temporary:
+        temporary.write_text(text + "\n")
+    figures = report.figures(cfg, gathered)
+    for fold, network in gathered.networks.items():
+        if "report" in network.history:
+            figures[f"training_{fold}"] = training_history_figure(network, fold)
+    for name, figure in figures.items():
+        save_figure(figure, directory / "figures" / f"{name}.png")
+        log.figure(name, figure)
+    log.results(gathered.results)
+    return text
+
+
+def _heading(gathered: Gathered) -> str:
+    results = gathered.results
+    n_trials = len(results[["dataset", "subject", "condition", "trial"]].drop_duplicates())
+    return f"# {', '.join(sorted(set(results['dataset'])))}: {n_trials} trials"
+
+
+def about_refusals(refusals: Sequence[Refusal]) -> list[str]:
+    """Say which methods did not fit which recordings.
+
+    Parameters
+    ----------
+    refusals : sequence of Refusal
+        Any number.
+
+    Returns
+    -------
+    list of str
+        One paragraph with a line a method and reason, or none.
+    """
+    if not refusals:
+        return []
+    counted = Counter((refusal.method, refusal.reason) for refusal in refusals)
+    lines = [
+        f"- {method}, {count} {'time' if count == 1 else 'times'}: {reason}"
+        for (method, reason), count in counted.most_common(_REASONS_SHOWN)
+    ]
+    if len(counted) > len(lines):
+        lines.append(f"- and {len(counted) - len(lines)} more reasons")
+    return ["Left out:\n\n" + "\n".join(lines)]
