@@ -83,13 +83,14 @@ def command(config_name: str) -> Callable[[Callable[[DictConfig], object]], Call
 
         task = hydra.main(version_base="1.3", config_path=CONFIG_PATH, config_name=config_name)(job)
 
-        @functools.wraps(function)
         def main() -> None:
+            """Run the command with the overrides on the command line."""
             # lets Hydra raise instead of printing and exiting with 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
             with _mistakes_end_with_one_line():
                 task()
 
+        main.__module__ = function.__module__
         return main
 
     return decorate

@@ -1,6 +1,6 @@
 """Train the network of a fold, as the configuration says."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +10,9 @@ from omegaconf import DictConfig, OmegaConf
 
 from experiments.sources import load
 from experiments.splits import Fold, TrialPart
+from experiments.teachers import Teacher
 from narx import checkpoint as checkpoints
-from narx.calibration import CalibratedSegment, calibrate
+from narx.calibration import calibrate
 from narx.checkpoint import Checkpoint
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
@@ -23,9 +24,6 @@ from narx.start_up import StartUp
 from narx.training import NetworkDesign, train_network
 
 FloatArray = NDArray[np.float64]
-
-# the teacher's angles of a calibrated segment
-Teacher = Callable[[CalibratedSegment], FloatArray]
 
 
 def network_of(
@@ -94,7 +92,7 @@ def train(
     UserError
         If there is nothing to train on.
     """
-    teacher = _teacher(cfg.teacher)
+    teacher: Teacher = instantiate(cfg.teacher)
     hashes: dict[str, str] = {}
     training = list(_sequences(cfg, sources, fold.training, teacher, hashes))
     if not training:
@@ -130,22 +128,6 @@ def train(
     )
 
 
-def _teacher(cfg: DictConfig) -> Teacher:
-    if cfg.get("_target_") is None:
-        return _reference
-    method = instantiate(cfg)
-    return lambda segment: method.estimate(segment.signals)
-
-
-def _reference(segment: CalibratedSegment) -> FloatArray:
-    if segment.reference_angles_rad is None:
-        raise UserError(
-            f"teacher=reference: '{segment.signals.segment}' has no reference; "
-            "use teacher=complementary_filter"
-        )
-    return segment.reference_angles_rad
-
-
 def _sequences(
     cfg: DictConfig,
     sources: Mapping[str, TrialSource],
@@ -161,9 +143,8 @@ def _sequences(
             if cfg.training.segments is not None and name not in cfg.training.segments:
                 continue
             weight = float(cfg.training.weights.get(trial.dataset, 1.0))
-            yield from contiguous(
-                f"{trial.name}/{name}", segment.signals, teacher(segment), keep, weight
-            )
+            target = teacher.angles_rad(trial.dataset, segment)
+            yield from contiguous(f"{trial.name}/{name}", segment.signals, target, keep, weight)
 
 
 def _inside(trial: Trial, part: TrialPart, skip_s: float) -> NDArray[np.bool_]:

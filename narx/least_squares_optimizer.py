@@ -9,8 +9,9 @@ from torch import Tensor
 
 from narx.cell import coupled_rates
 from narx.errors import UserError
-from narx.initial_weights import leaky_integrator_weights, random_weights
+from narx.initial_weights import leaky_integrator_weights, random_weights, typical_sizes
 from narx.least_squares.coupled import CoupledFit
+from narx.least_squares.damping import Damping
 from narx.least_squares.network import NetworkFit
 from narx.least_squares.prior import TowardsPrior
 from narx.least_squares.problem import LeastSquaresProblem
@@ -36,8 +37,8 @@ class LevenbergMarquardt:
         Stages: one step ahead, so many samples ahead, or the whole sequence in closed loop.
         Before the closed loop, coupled axes take the tilt from the teacher.
     prior_deg2 : float
-        How much mean squared error, in deg^2, a distance of 1 from the leaky integrator's
-        weights is worth; 0 for no prior.
+        How much mean squared error, in deg^2, it is worth to change a weight of the leaky
+        integrator by all its size; 0 for no prior.
     cost_change : float
         A start stops when a step lowers its cost by less than this share.
     bayesian : bool
@@ -88,15 +89,18 @@ class LevenbergMarquardt:
         """
         options = Options(
             Stopping(max_evaluations=self.iterations, cost_change=self.cost_change),
+            # first and second layer differ in size by orders of magnitude
+            Damping(scaling="diagonal"),
             bayesian=self.bayesian,
         )
         centre = leaky_integrator_weights(model)
+        size = typical_sizes(model)
         stages = []
         for number, name in enumerate(self.curriculum):
             problem = _problem(name, model, training, objective)
             strength = self.prior_deg2 * problem.n_residuals / _squared_degrees(name, model)
             if strength > 0 and not self.bayesian:
-                problem = TowardsPrior(problem, centre, strength)
+                problem = TowardsPrior(problem, centre, strength / size**2)
             stages.append(Stage(f"{number} {name}", problem, options))
         starts = np.array([random_weights(model, rng) for _ in range(self.restarts)])
         chosen_by = _problem("closed", model, validation, objective)
@@ -107,7 +111,7 @@ class LevenbergMarquardt:
         for iteration, numbers in enumerate(history):
             log(iteration, numbers)
         spread = result.spread()
-        to_degrees = np.sqrt(_squared_degrees("closed", model))
+        to_degrees = _squared_degrees("closed", model) ** 0.5
         last = list(result.stages.values())[-1]
         codes = [code for group in last for code in group.codes]
         return FitReport(

@@ -95,15 +95,12 @@ class NarxMethod(OrientationMethod):
             # an axis that hardly moves must not be blown up into noise
             rms = np.maximum(np.sqrt(np.mean(rates_rad_s**2, axis=0)), 1e-3)
             relative = torch.from_numpy(rms / model.normalisation.rate_rms_rad_s)
-        n_start = min(round(self.start_up.duration_s * model.sampling_rate_hz), len(rates_rad_s))
         begun = self.start_up.begin(initial_angles_rad)
-        first = self.start_up.run(
-            rates_rad_s[:n_start], 1.0 / model.sampling_rate_hz, begun, model.coupled
-        )
-        state, posture = self._take_over(begun if n_start else None, relative)
+        first = self.start_up.run(rates_rad_s, 1.0 / model.sampling_rate_hz, begun, model.coupled)
+        state, posture = self._take_over(begun if len(first) else None, relative)
         with torch.no_grad():
             rest, _ = model(
-                torch.from_numpy(np.ascontiguousarray(rates_rad_s[n_start:])),
+                torch.from_numpy(np.ascontiguousarray(rates_rad_s[len(first) :])),
                 state,
                 posture,
                 relative,
@@ -133,20 +130,19 @@ class NarxMethod(OrientationMethod):
                 "narx: axis_scaling=own needs the whole recording, use axis_scaling=training"
             )
         cell, interval_s = model.cell(), 1.0 / sampling_rate_hz
-        left = round(self.start_up.duration_s * sampling_rate_hz)
-        begun = self.start_up.begin(None)
+        begun, starting = self.start_up.begin(None), self.start_up.duration_s > 0
         state, posture = self._take_over(None, None)
         if state is None:
             state = torch.zeros(3, model.structure.n_state, dtype=torch.float64)
 
         def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal left, state, posture
-            if left > 0:
-                left -= 1
+            nonlocal starting, state, posture
+            if starting:
                 angles = self.start_up.run(axis_rates[None], interval_s, begun, model.coupled)[0]
-                if left == 0:
+                if self.start_up.is_over(begun):
+                    starting = False
                     state, posture = self._take_over(begun, None)
-                return angles
+                return np.asarray(angles)
             with torch.no_grad():
                 output, state = cell(torch.as_tensor(axis_rates), state, posture)
             return np.asarray(output.numpy())

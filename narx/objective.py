@@ -1,5 +1,6 @@
 """What training minimises, and what an optimizer has to say about its result."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -7,12 +8,17 @@ from typing import Protocol
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn.functional import pad
 
 from narx.model import Narx
 from narx.sequences import Batch
 
 # what an optimizer reports as it goes: iteration, and numbers by name (cost, damping, ...)
 Log = Callable[[int, dict[str, float]], None]
+
+# the artificial return to rest: from about ten degrees, for so many time constants
+_REST_ANGLE_RAD = 0.2
+_REST_TIME_CONSTANTS = 4.0
 
 
 @dataclass(frozen=True)
@@ -28,11 +34,20 @@ class Objective:
         business, not the network's.
     washout_s : float
         Time after a sequence's start that does not count, s.
+    rest_weight : float
+        Weight of an artificial sequence beside all others together: from a wrong angle and
+        without motion, the network is to return to its posture as exp(-rest_leak_rad_s t). Ten
+        seconds of walking do not tell how fast to forget, nor even that forgetting is wanted: a
+        pole outside the unit circle fits them as well. 0 leaves the sequence out.
+    rest_leak_rad_s : float
+        How fast, rad/s.
     """
 
     axis_weights: tuple[float, float, float] = (1.0, 0.0, 0.0)
     offset_free: bool = False
     washout_s: float = 0.0
+    rest_weight: float = 0.0
+    rest_leak_rad_s: float = 0.1
 
     def washout_samples(self, model: Narx) -> int:
         """Samples that do not count at a network's rate.
@@ -48,6 +63,46 @@ class Objective:
             Number of samples.
         """
         return round(self.washout_s * model.sampling_rate_hz)
+
+    def with_rest(self, model: Narx, sequences: Batch) -> Batch:
+        """Add the artificial return to rest to training sequences.
+
+        Parameters
+        ----------
+        model : Narx
+            Gives rate and scales.
+        sequences : Batch
+            To be trained on.
+
+        Returns
+        -------
+        Batch
+            One row more, and as long as the return takes; the same if `rest_weight` is zero.
+        """
+        if self.rest_weight == 0:
+            return sequences
+        n = max(
+            sequences.rates_rad_s.shape[1],
+            round(_REST_TIME_CONSTANTS / self.rest_leak_rad_s * model.sampling_rate_hz),
+        )
+        time_s = torch.arange(1, n + 1, dtype=torch.float64) / model.sampling_rate_hz
+        angle = torch.full((3,), _REST_ANGLE_RAD, dtype=torch.float64)
+        target = _REST_ANGLE_RAD * torch.exp(-self.rest_leak_rad_s * time_s)
+        padding = (0, 0, 0, n - sequences.rates_rad_s.shape[1])
+        counted = (torch.isfinite(sequences.targets_rad) * sequences.weight[:, None, None]).sum()
+        weight = self.rest_weight * counted / (3 * n)
+        return Batch(
+            torch.cat([pad(sequences.rates_rad_s, padding), torch.zeros(1, n, 3)]),
+            torch.cat(
+                [
+                    pad(sequences.targets_rad, padding, value=math.nan),
+                    target[None, :, None].expand(1, n, 3),
+                ]
+            ),
+            torch.cat([sequences.state, model.initial_state(angle)[None]]),
+            torch.cat([sequences.posture_rad, torch.zeros(1, 3)]),
+            torch.cat([sequences.weight, weight[None]]),
+        )
 
     def mean_square(self, model: Narx, sequences: Batch) -> Tensor:
         """Mean squared error that counts, differentiable by the network's weights.

@@ -4,13 +4,13 @@ A gyroscope does not know where zero is, and a network that leaks towards zero f
 angle of a walk (a knee is bent by some 20 degrees on average). What is known at the start decides:
 
 - The start pose is known (standing in the calibration posture). The rates are integrated, which
-  for that long drifts little, and a slow low-pass of the integral, averaged over its last
-  seconds so that no part of a stride is frozen in it, becomes the posture. From then on the
-  network works on the deviation from it.
+  for a dozen seconds drifts little; the mean angle of the last strides becomes the posture. From
+  then on the network works on the deviation from it.
 - The start pose is unknown. The integral leaks towards zero, strongly at first and less and less
   (the gain of a growing memory), and the posture is zero.
 
-At the hand-over the angle is the sum of posture and deviation in both cases, so nothing jumps.
+Only movement counts: somebody who stands at first is waited for. At the hand-over the angle is the
+sum of posture and deviation in both cases, so nothing jumps.
 """
 
 from dataclasses import dataclass
@@ -23,6 +23,16 @@ from narx.cell import SMALLEST_COS_FRONTAL
 
 FloatArray = NDArray[np.float64]
 
+# where in the state lies what
+ANGLES, RATES, POSTURE = slice(0, 3), slice(3, 6), slice(6, 9)
+POSTURE_WEIGHT, TIME_S, MOVING_S, MEAN_SQUARE, KNOWN = 9, 10, 11, 12, 13
+STATE_SIZE = 14
+
+# time constant and threshold of what counts as movement: root mean square of the rates over
+# about a second, which sway in standing stays far below
+MOVEMENT_TIME_CONSTANT_S = 1.0
+MOVEMENT_RAD_S = 0.35
+
 
 @dataclass(frozen=True)
 class StartUp:
@@ -31,22 +41,23 @@ class StartUp:
     Parameters
     ----------
     duration_s : float
-        Time before the network takes over, s; 0 starts the network at once from zero.
+        Movement before the network takes over, s; 0 starts the network at once from zero.
+    averaging_s : float
+        Its last part, over which the posture is averaged with a Hann window, so that no part
+        of a stride counts more than another, s.
     leak_rad_s : float
-        Corner frequency that separates posture from deviation, rad/s.
+        Leak of an unknown start, rad/s.
     settling_gain : float
-        At time t the leak is larger by ``settling_gain / (t + settling_s)``.
+        At time t that leak is larger by ``settling_gain / (t + settling_s)``.
     settling_s : float
         See `settling_gain`, s.
-    averaging_s : float
-        End of the start-up over which the posture is averaged, s.
     """
 
-    duration_s: float = 40.0
+    duration_s: float = 12.0
+    averaging_s: float = 8.0
     leak_rad_s: float = 0.1
     settling_gain: float = 2.0
     settling_s: float = 0.5
-    averaging_s: float = 10.0
 
     def begin(self, initial_angles_rad: FloatArray | None) -> FloatArray:
         """State before the first sample.
@@ -58,15 +69,30 @@ class StartUp:
 
         Returns
         -------
-        ndarray, shape (15,)
-            Angles (3), leaky angles (3), latest coupled rates (3), sum of postures (3), samples
-            in that sum, time in s, and 1 where the start is known.
+        ndarray, shape (14,)
+            Angles (3), latest coupled rates (3), weighted sum of angles (3) and its weight,
+            time and time in movement in s, mean square of the rates, 1 where the start is known.
         """
-        state = np.zeros(15)
+        state = np.zeros(STATE_SIZE)
         if initial_angles_rad is not None:
-            state[0:3] = initial_angles_rad
-            state[14] = 1.0
+            state[ANGLES] = initial_angles_rad
+            state[KNOWN] = 1.0
         return state
+
+    def is_over(self, state: FloatArray) -> bool:
+        """Tell whether the network takes over at the next sample.
+
+        Parameters
+        ----------
+        state : ndarray, shape (14,)
+            From `begin`, as `run` left it.
+
+        Returns
+        -------
+        bool
+            True once there was enough movement.
+        """
+        return bool(state[MOVING_S] >= self.duration_s)
 
     def run(
         self,
@@ -75,7 +101,7 @@ class StartUp:
         state: FloatArray,
         coupled: bool = True,
     ) -> FloatArray:
-        """Advance over some samples.
+        """Advance until there was enough movement, or the samples end.
 
         Parameters
         ----------
@@ -83,26 +109,31 @@ class StartUp:
             Gyroscope about the clinical axes, rad/s.
         interval_s : float
             Sampling interval, s.
-        state : ndarray, shape (15,)
+        state : ndarray, shape (14,)
             From `begin` or an earlier piece; changed in place.
         coupled : bool
             As the network that takes over.
 
         Returns
         -------
-        ndarray, shape (N, 3)
-            Angles, rad.
+        ndarray, shape (n, 3)
+            Angles in rad of the n <= N samples that the start-up took.
         """
-        return _run(
-            np.ascontiguousarray(axis_rates_rad_s, dtype=np.float64),
+        rates = np.ascontiguousarray(axis_rates_rad_s, dtype=np.float64)
+        angles = np.empty_like(rates)
+        n = _run(
+            rates,
             interval_s,
+            self.duration_s,
+            self.averaging_s,
             self.leak_rad_s,
             self.settling_gain,
             self.settling_s,
-            self.duration_s - self.averaging_s,
             coupled,
             state,
+            angles,
         )
+        return angles[:n]
 
     @staticmethod
     def hand_over(
@@ -112,7 +143,7 @@ class StartUp:
 
         Parameters
         ----------
-        state : ndarray, shape (15,)
+        state : ndarray, shape (14,)
             After the last sample of the start-up.
         interval_s : float
             Sampling interval, s.
@@ -124,25 +155,26 @@ class StartUp:
             rad and rad/s.
         """
         posture = np.zeros(3)
-        if state[14] and state[12]:
-            posture = state[9:12] / state[12]
-        deviation, rates = state[0:3] - posture, state[6:9].copy()
+        if state[KNOWN] and state[POSTURE_WEIGHT]:
+            posture = state[POSTURE] / state[POSTURE_WEIGHT]
+        deviation, rates = state[ANGLES] - posture, state[RATES].copy()
         return posture, deviation, deviation - interval_s * rates, rates
 
 
 @numba.njit(cache=True, nogil=True)
 def _run(  # type: ignore[no-untyped-def]
-    rates, interval, leak, gain, settling, averaging_from, coupled, state
+    rates, interval, duration, averaging, leak, gain, settling, coupled, state, angles
 ):
-    angles = np.empty((len(rates), 3))
-    known = state[14] > 0.0
+    known = state[13] > 0.0
     rate, tilt = np.empty(3), np.empty(3)
     for k in range(len(rates)):
+        if state[11] >= duration:
+            return k
         if coupled:
             # extrapolated to the time of the sample: with the tilt of the sample before, the
             # lag would add up to degrees per minute
             for axis in range(3):
-                tilt[axis] = state[axis] + interval * state[6 + axis]
+                tilt[axis] = state[axis] + interval * state[3 + axis]
             sin_s, cos_s = np.sin(tilt[0]), np.cos(tilt[0])
             sin_f, cos_f = np.sin(tilt[1]), np.cos(tilt[1])
             if abs(cos_f) < SMALLEST_COS_FRONTAL:
@@ -152,16 +184,23 @@ def _run(  # type: ignore[no-untyped-def]
             rate[0] = rates[k, 0] - sin_f * rate[2]
         else:
             rate[:] = rates[k]
-        state[13] += interval
-        damping = 1.0 + interval * (leak + gain / (state[13] + settling))
+        state[10] += interval
+        square = rates[k, 0] ** 2 + rates[k, 1] ** 2 + rates[k, 2] ** 2
+        state[12] += (square - state[12]) * interval / (MOVEMENT_TIME_CONSTANT_S + interval)
+        if state[12] > MOVEMENT_RAD_S**2:
+            state[11] += interval
+        damping = 1.0
+        if not known:
+            damping += interval * (leak + gain / (state[10] + settling))
+        weight = 0.0
+        into = state[11] - (duration - averaging)
+        if 0.0 < into < averaging:
+            weight = np.sin(np.pi * into / averaging) ** 2
         for axis in range(3):
-            step = 0.5 * interval * (rate[axis] + state[6 + axis])
-            state[3 + axis] = (state[3 + axis] + step) / damping
-            state[axis] = state[axis] + step if known else state[3 + axis]
-            state[6 + axis] = rate[axis]
-            if state[13] > averaging_from:
-                state[9 + axis] += state[axis] - state[3 + axis]
+            step = 0.5 * interval * (rate[axis] + state[3 + axis])
+            state[axis] = (state[axis] + step) / damping
+            state[3 + axis] = rate[axis]
+            state[6 + axis] += weight * state[axis]
             angles[k, axis] = state[axis]
-        if state[13] > averaging_from:
-            state[12] += 1.0
-    return angles
+        state[9] += weight
+    return len(rates)

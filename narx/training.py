@@ -123,7 +123,7 @@ def train_network(
     model = design.untrained(training, objective.offset_free)
     report = optimizer.fit(
         model,
-        batch(training, model, design.initial_state),
+        objective.with_rest(model, batch(training, model, design.initial_state)),
         batch(validation, model, design.initial_state),
         objective,
         rng,

@@ -6,7 +6,7 @@ from narx.least_squares.problem import FloatArray, LeastSquaresProblem
 
 
 class TowardsPrior:
-    """A least-squares problem with ``strength * |weights - centre|^2`` added to its squares.
+    """A least-squares problem with ``sum(strength (weights - centre)^2)`` added to its squares.
 
     Parameters
     ----------
@@ -14,11 +14,13 @@ class TowardsPrior:
         What is to be fitted.
     centre : ndarray, shape (P,)
         Weights that cost nothing.
-    strength : float
-        Factor of the squared distance from them, in the unit of the squared residuals.
+    strength : ndarray, shape (P,)
+        Factor of each weight's squared distance, in the unit of the squared residuals.
     """
 
-    def __init__(self, problem: LeastSquaresProblem, centre: FloatArray, strength: float) -> None:
+    def __init__(
+        self, problem: LeastSquaresProblem, centre: FloatArray, strength: FloatArray
+    ) -> None:
         self._problem, self._centre, self._strength = problem, centre, strength
 
     @property
@@ -49,7 +51,7 @@ class TowardsPrior:
         diagonal = np.arange(self.n_weights)
         products[:, diagonal, diagonal] += self._strength
         products[:, -1, :-1] += self._strength * distance
-        products[:, -1, -1] += self._strength * (distance**2).sum(axis=1)
+        products[:, -1, -1] += (self._strength * distance**2).sum(axis=1)
         return products
 
     def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -71,5 +73,5 @@ class TowardsPrior:
         root = np.sqrt(self._strength)
         return (
             np.concatenate([residuals, root * (weights - self._centre)]),
-            np.vstack([jacobian, root * np.eye(self.n_weights)]),
+            np.vstack([jacobian, np.diag(root)]),
         )

@@ -1,5 +1,8 @@
 """Walks with errors that are known, for tables and figures."""
 
+import importlib
+import sys
+
 import numpy as np
 import pytest
 
@@ -74,3 +77,25 @@ def make_study(make_walk):
         return evaluated
 
     return study
+
+
+@pytest.fixture
+def run_command(monkeypatch, tmp_path, capsys):
+    """Run `python -m experiments.<name> overrides...`; return status, output, error, directory."""
+
+    def run(name, *overrides):
+        directory = tmp_path / f"{name}_run"
+        arguments = [f"experiments.{name}", *overrides]
+        if "-m" not in overrides:
+            arguments.append(f"hydra.run.dir={directory}")
+        monkeypatch.setattr(sys, "argv", arguments)
+        capsys.readouterr()
+        status = 0
+        try:
+            importlib.import_module(f"experiments.{name}").main()
+        except SystemExit as stop:
+            status = stop.code
+        printed = capsys.readouterr()
+        return status, printed.out, printed.err, directory
+
+    return run

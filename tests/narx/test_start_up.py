@@ -30,7 +30,7 @@ def motion(seconds, rng, mean=(0.1, 0.05, 0.0)):
 
 def test_integrates_rotations_from_a_known_start():
     angles, rates = motion(20.0, np.random.default_rng(0))
-    start_up = StartUp(duration_s=20.0)
+    start_up = StartUp(duration_s=30.0)
     estimate = start_up.run(rates, 1 / RATE_HZ, start_up.begin(angles[0]))
     np.testing.assert_allclose(estimate, angles, atol=np.deg2rad(0.1))
     quaternion = orientation_from_angles(estimate)
@@ -39,29 +39,45 @@ def test_integrates_rotations_from_a_known_start():
 
 def test_each_axis_on_its_own_books_a_turn_as_flexion():
     angles, rates = motion(20.0, np.random.default_rng(0), mean=(0.3, 0.2, 0.0))
-    start_up = StartUp(duration_s=20.0)
+    start_up = StartUp(duration_s=30.0)
     estimate = start_up.run(rates, 1 / RATE_HZ, start_up.begin(angles[0]), coupled=False)
     assert np.abs(estimate[-500:, :2] - angles[-500:, :2]).max() > np.deg2rad(20.0)
 
 
 def test_posture_is_the_mean_angle_and_nothing_jumps():
-    angles, rates = motion(60.0, np.random.default_rng(1))
-    start_up = StartUp(duration_s=60.0)
+    angles, rates = motion(30.0, np.random.default_rng(1))
+    start_up = StartUp()
     state = start_up.begin(angles[0])
     estimate = start_up.run(rates, 1 / RATE_HZ, state)
+    assert start_up.is_over(state)
+    assert len(estimate) == pytest.approx(start_up.duration_s * RATE_HZ, abs=0.5 * RATE_HZ)
     posture, deviation, previous, last_rates = start_up.hand_over(state, 1 / RATE_HZ)
     np.testing.assert_allclose(posture + deviation, estimate[-1], atol=1e-12)
-    np.testing.assert_allclose(posture[:2], [0.1, 0.05], atol=np.deg2rad(1.0))
-    np.testing.assert_allclose(deviation - previous, last_rates / RATE_HZ, atol=np.deg2rad(0.05))
+    np.testing.assert_allclose(posture[:2], [0.1, 0.05], atol=np.deg2rad(0.3))
+    np.testing.assert_allclose(posture + previous, estimate[-2], atol=np.deg2rad(0.02))
+    np.testing.assert_allclose(
+        last_rates, (estimate[-1] - estimate[-3]) * RATE_HZ / 2, atol=np.deg2rad(2.0)
+    )
+
+
+def test_somebody_who_stands_is_waited_for():
+    _, rates = motion(20.0, np.random.default_rng(1))
+    sway = 0.02 * np.random.default_rng(3).normal(size=(round(15 * RATE_HZ), 3))
+    start_up = StartUp()
+    state = start_up.begin(np.zeros(3))
+    assert len(start_up.run(sway, 1 / RATE_HZ, state)) == len(sway)
+    assert not start_up.is_over(state)
+    assert len(start_up.run(rates, 1 / RATE_HZ, state)) < len(rates)
+    assert start_up.is_over(state)
 
 
 def test_unknown_start_forgets_where_it_began():
-    start_up = StartUp(duration_s=60.0)
+    start_up = StartUp()
     state = start_up.begin(None)
-    still = np.zeros((round(2 * RATE_HZ), 3))
-    rates = np.vstack([np.tile([0.5, -0.3, 0.0], (len(still) // 2, 1)), np.tile(still, (29, 1))])
-    estimate = start_up.run(rates, 1 / RATE_HZ, state)
-    assert np.abs(estimate[len(still)]).max() > np.deg2rad(4.0)
+    second = round(RATE_HZ)
+    turn = np.tile([0.5, -0.3, 0.0], (second, 1))
+    estimate = start_up.run(np.vstack([turn, np.zeros((59 * second, 3))]), 1 / RATE_HZ, state)
+    assert np.abs(estimate[second]).max() > np.deg2rad(4.0)
     assert np.abs(estimate[-1]).max() < np.deg2rad(0.5)
     posture, *_ = start_up.hand_over(state, 1 / RATE_HZ)
     assert not posture.any()
@@ -77,3 +93,8 @@ def test_in_pieces_as_in_one_go(known):
     state = start_up.begin(initial)
     pieces = [start_up.run(piece, 0.01, state) for piece in np.array_split(rates, 7)]
     np.testing.assert_array_equal(np.concatenate(pieces), whole)
+
+
+def test_no_start_up_takes_no_sample():
+    start_up = StartUp(duration_s=0.0)
+    assert not len(start_up.run(np.ones((5, 3)), 0.01, start_up.begin(None)))

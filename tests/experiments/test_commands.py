@@ -1,0 +1,185 @@
+"""The commands end to end on small walks, and what they say to a user's mistake."""
+
+import json
+import shutil
+
+import pandas as pd
+import pytest
+import torch
+from omegaconf import OmegaConf
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from experiments.results import read_results
+from narx import checkpoint as checkpoints
+
+# a minute of one walker is enough to see that everything is wired
+SMALL = (
+    "data.simulated_gait.subjects=[S1]",
+    "data.simulated_gait.conditions=[normal]",
+    "data.simulated_gait.treadmill_duration_s=75",
+    "data.simulated_gait.sampling_rate_hz=100",
+)
+QUICK = ("split=one_window", "split.latest_s=45", "split.validation_s=10", "optimizer.restarts=2")
+
+
+def one_line_error(status, out, err):
+    assert status == 2
+    assert "Traceback" not in err + out
+    lines = [line for line in err.splitlines() if line.strip()]
+    assert len(lines) == 1
+    assert lines[0].startswith("error: ")
+    return lines[0]
+
+
+@pytest.mark.slow
+def test_training_leaves_configuration_checkpoint_and_events(run_command):
+    status, out, err, directory = run_command("train", *SMALL, *QUICK, "seed=3")
+    assert status == 0, err
+    checkpoint = checkpoints.load(directory / "checkpoint.pt")
+    assert checkpoint.model.structure.n_weights == 19
+    assert torch.isfinite(checkpoint.model.weights).all()
+    assert OmegaConf.load(directory / ".hydra" / "config.yaml").seed == 3
+    assert json.loads((directory / "environment.json").read_text())["seed"] == 3
+    events = EventAccumulator(str(directory / "tensorboard")).Reload()
+    tags = events.Tags()["scalars"]
+    assert any(tag.endswith("/cost") for tag in tags)
+    assert "training" in events.Tags()["images"]
+    assert (directory / "figures" / "training.png").stat().st_size > 0
+
+
+@pytest.mark.slow
+def test_the_same_seed_gives_the_same_weights(run_command):
+    weights = []
+    for seed in (0, 0, 1):
+        *_, directory = run_command("train", *SMALL, *QUICK, f"seed={seed}")
+        weights.append(checkpoints.load(directory / "checkpoint.pt").model.weights.detach())
+        shutil.rmtree(directory)
+    assert torch.equal(weights[0], weights[1])
+    assert not torch.equal(weights[0], weights[2])
+
+
+@pytest.mark.slow
+def test_a_sweep_leaves_a_run_each(run_command, tmp_path):
+    status, _, err, _ = run_command(
+        "train", "-m", *SMALL, *QUICK, "seed=0,1", f"hydra.sweep.dir={tmp_path}/sweep"
+    )
+    assert status == 0, err
+    for run in ("0", "1"):
+        assert checkpoints.load(tmp_path / "sweep" / run / "checkpoint.pt")
+        assert list((tmp_path / "sweep" / run / "tensorboard").glob("events*"))
+        assert (tmp_path / "sweep" / run / ".hydra" / "overrides.yaml").is_file()
+
+
+@pytest.mark.slow
+def test_benchmark_leaves_results_summary_and_figures(run_command):
+    status, out, err, directory = run_command("benchmark", *SMALL, *QUICK)
+    assert status == 0, err
+    results = read_results(directory / "results.csv")
+    assert set(results["method"]) == {
+        "narx", "pseudo_integrator", "complementary_filter", "gyro_integration",
+    }  # fmt: skip
+    assert set(results["axis"]) == {"sagittal", "frontal", "transverse"}
+    assert {"knee_right", "knee_left", "thigh_right", "shank_left"} <= set(results["segment"])
+    transverse = results[
+        (results["axis"] == "transverse") & (results["method"] == "complementary_filter")
+    ]
+    assert transverse["rmse_deg"].isna().all()
+    assert (transverse["n_samples"] == 0).all()
+    sagittal = results[(results["segment"] == "knee_right") & (results["axis"] == "sagittal")]
+    rmse = sagittal.set_index("method")["rmse_deg"]
+    assert rmse["narx"] < rmse["pseudo_integrator"]
+    summary = (directory / "summary.md").read_text()
+    assert "Table 2" in summary
+    assert "—" in summary or "–" in summary or "| - |" in summary
+    assert summary.strip() in out
+    assert (directory / "figures" / "waveforms_knee.png").is_file()
+    assert (directory / "figures" / "spectrum.png").is_file()
+    assert list((directory / "networks").glob("*.pt"))
+    events = EventAccumulator(str(directory / "tensorboard")).Reload()
+    assert "rmse_deg/knee_right/sagittal/narx" in events.Tags()["scalars"]
+    assert "bland_altman_knee_narx" in events.Tags()["images"]
+
+
+@pytest.mark.recordings
+@pytest.mark.slow
+def test_people_left_out_on_real_pocket_walks(run_command, data_root):
+    status, _, err, directory = run_command(
+        "benchmark", "data=smartphone_pocket", f"data_root={data_root}",
+        "split=leave_one_subject_out",
+    )  # fmt: skip
+    assert status == 0, err
+    results = read_results(directory / "results.csv")
+    precision = results.pivot_table(
+        index=["subject", "trial"], columns=["axis", "method"], values="precision_deg"
+    )
+    assert len(precision) >= 6
+    sagittal, frontal = precision["sagittal"], precision["frontal"]
+    assert sagittal["narx"].mean() <= 1.7
+    assert frontal["narx"].mean() <= 2.0
+    for other in ("pseudo_integrator", "complementary_filter"):
+        assert (sagittal["narx"] < sagittal[other]).all()
+        assert frontal["narx"].mean() < frontal[other].mean()
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize("source", ["neura_sample", "joint_1to3dof", "broad"])
+def test_every_real_source_runs(run_command, data_root, source):
+    status, _, err, directory = run_command("benchmark", f"data={source}", f"data_root={data_root}")
+    assert status == 0, err
+    results = read_results(directory / "results.csv")
+    scored = results[results["n_samples"] > 0]
+    assert set(scored["method"]) >= {"narx", "pseudo_integrator", "gyro_integration"}
+    if source == "neura_sample":
+        kinds = {"thigh", "shank", "knee"}
+        assert set(scored["segment"]) == {f"{k}_{s}" for k in kinds for s in ("left", "right")}
+
+
+@pytest.mark.parametrize(
+    ("command", "overrides", "says"),
+    [
+        ("train", ["optimizer=nonsense"], "adam"),
+        ("train", ["modle.hidden=3"], "modle"),
+        ("train", ["model.hidden=-2"], "model.hidden is '-2'"),
+        ("train", ["data=smartphone_pocket", "data_root=/no/such/folder"], "/no/such/folder"),
+        ("train", ["select.subject=Nobody"], "no subject 'Nobody'"),
+        ("train", ["split=leave_one_subject_out"], "split=everything"),
+        ("benchmark", ["methods=[narx,magic]"], "no method is named 'magic'"),
+        ("benchmark", ["checkpoint=/no/such/file.pt"], "/no/such/file.pt"),
+        ("benchmark", ["split=leave_one_device_out"], "no column 'device'"),
+    ],
+)
+def test_a_mistake_ends_with_one_line_and_status_2(run_command, command, overrides, says):
+    status, out, err, _ = (
+        run_command(command, *SMALL[:1], *overrides)
+        if overrides[0].startswith(
+            ("optimizer", "modle", "model", "select", "split", "methods", "checkpoint")
+        )
+        else run_command(command, *overrides)
+    )
+    assert says in one_line_error(status, out, err)
+
+
+@pytest.mark.recordings
+def test_a_recording_cut_off_or_without_a_column_is_named(run_command, data_root, tmp_path):
+    folder = tmp_path / "root" / "neura_sample"
+    shutil.copytree(data_root / "neura_sample", folder)
+    (broken,) = (folder / "rawimu").glob("*B40C3C.txt")
+    broken.chmod(0o644)
+    content = broken.read_text()
+    broken.write_text(content.replace("Gyr_Y", "Gyr_Q"))
+    arguments = ("benchmark", "data=neura_sample", f"data_root={tmp_path / 'root'}")
+    line = one_line_error(*run_command(*arguments)[:3])
+    assert broken.name in line
+    assert "Gyr_Y" in line
+    broken.write_text(content[: len(content) // 2])
+    status, out, err, directory = run_command(*arguments)
+    assert broken.name in one_line_error(status, out, err)
+    assert not (directory / "results.csv").exists()
+
+
+def test_results_table_is_plain_csv(tmp_path):
+    # what others rely on: a header and numbers that pandas reads without help
+    from experiments.results import COLUMNS, results_table, write_results
+
+    write_results(results_table([]), tmp_path / "results.csv")
+    assert list(pd.read_csv(tmp_path / "results.csv").columns) == list(COLUMNS)
