@@ -19,6 +19,8 @@ from narx.segment_angles import AXES, TRANSVERSE, orientation_from_angles
 
 FloatArray = NDArray[np.float64]
 
+_TURN = 2.0 * np.pi
+
 
 @dataclass(frozen=True)
 class Evaluated:
@@ -89,9 +91,26 @@ class Evaluated:
         ndarray, shape (N, 3)
             Degrees; NaN where something is missing or not scored.
         """
-        error = np.rad2deg(self.reference_rad - self.estimates_rad[method])
+        error = np.rad2deg(self.reference_rad - self.nearest(method))
         error[~self.scored] = np.nan
         return error
+
+    def nearest(self, method: str) -> FloatArray:
+        """Estimates of a method, whole turns taken off where that brings them to the reference.
+
+        Parameters
+        ----------
+        method : str
+            Key of `estimates_rad`.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            rad, within half a turn of the reference: an angle of 350 degrees is 10 degrees off.
+        """
+        estimate = self.estimates_rad[method]
+        turns = np.round((self.reference_rad - estimate) / _TURN)
+        return np.where(np.isfinite(turns), estimate + _TURN * turns, estimate)
 
     def between(self, start_s: float, stop_s: float) -> "Evaluated":
         """Cut out a piece of time.
@@ -234,7 +253,8 @@ def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
         ``n_samples`` 0 and NaN.
     """
     table = []
-    for method, estimate in evaluated.estimates_rad.items():
+    for method in evaluated.estimates_rad:
+        estimate = evaluated.nearest(method)
         for axis, name in enumerate(AXES):
             result = agreement(
                 evaluated.reference_rad[evaluated.scored, axis], estimate[evaluated.scored, axis]

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -149,3 +151,11 @@ def test_wrong_shapes_are_refused():
         Evaluated(**{**vars(trial), "estimates_rad": {"narx": np.zeros((N - 1, 3))}})
     with pytest.raises(ValueError, match="scored has shape"):
         Evaluated(**{**vars(trial), "scored": np.ones(3, bool)})
+
+
+def test_whole_turns_are_not_errors():
+    trial = walk("thigh_right")
+    turned = {name: angles + 2 * np.pi for name, angles in trial.estimates_rad.items()}
+    wound_up = replace(trial, estimates_rad=turned)
+    for method in trial.estimates_rad:
+        np.testing.assert_allclose(wound_up.error_deg(method), trial.error_deg(method), atol=1e-9)
