@@ -22,6 +22,10 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import models, register_model
 
+from narx.kernels.cache import stamp_by_folder
+
+stamp_by_folder()
+
 JIT: dict[str, Any] = {
     "cache": True,
     "nogil": True,

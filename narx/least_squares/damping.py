@@ -127,7 +127,8 @@ def damped_steps(
                 for k in range(j):
                     x -= factor[i, k] * factor[j, k]
                 factor[i, j] = np.sqrt(x) if i == j else x / factor[j, j]
-            low, high = min(low, factor[i, i]), max(high, factor[i, i])
+            positive = factor[i, i] > 0.0
+            low, high = min(low, factor[i, i]) if positive else 0.0, max(high, factor[i, i])
         condition[r] = (high / low) ** 2
         for i in range(n):
             x = -g[i]

@@ -1,0 +1,107 @@
+"""The speed benchmark runs, and its peers do the same work as the engine."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import torch
+
+from experiments import speed_peers as peers
+from experiments.speed import gait_like, timed
+from narx.closed_loop import closed_loop
+from narx.least_squares.network import NetworkFit
+from narx.structure import NarxStructure
+
+DEFAULT = NarxStructure()
+RATIOS = (
+    "closed_loop_jacobian_vs_torch_loop",
+    "closed_loop_jacobian_vs_jax_scan",
+    "closed_loop_jacobian_vs_pyrenn",
+    "closed_loop_jacobian_vs_c",
+    "open_loop_lm_vs_scipy",
+    "open_loop_lm_vs_torch_levenberg_marquardt",
+    "rollout_1_vs_torchscript",
+    "rollout_180_vs_torchscript",
+    "multi_start_vs_torch_loop",
+)
+
+
+@pytest.fixture
+def problem():
+    v, target = gait_like(300)
+    weights = 0.3 * np.random.default_rng(0).standard_normal(19)
+    fit = NetworkFit(torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT)
+    products = fit.products(weights[None])[0]
+    return v, target, weights, np.tril(products) + np.tril(products, -1).T
+
+
+@pytest.mark.skipif(not peers.CompiledC.available(), reason="no gcc")
+def test_c_does_the_same(problem, tmp_path):
+    v, target, weights, products = problem
+    c = peers.CompiledC(tmp_path)
+    theirs = c.closed_loop_products(weights, v, target)()
+    np.testing.assert_allclose(theirs[:20, :20], products, rtol=1e-9, atol=1e-9)
+    for n_channels in (1, 21):
+        signals = np.linspace(0.5, 1.0, n_channels)[:, None] * v
+        ours, _ = closed_loop(
+            torch.from_numpy(weights), torch.from_numpy(signals)[..., None], structure=DEFAULT
+        )
+        np.testing.assert_allclose(c.rollout(weights, signals)(), ours, atol=1e-12)
+        scripted = peers.torchscript_rollout(weights, signals)()
+        np.testing.assert_allclose(scripted.T, ours, atol=1e-12)
+
+
+def test_torch_does_the_same(problem):
+    v, target, weights, products = problem
+    for script in (False, True):
+        gradient = peers.torch_gradient(weights, v, target, script)()
+        np.testing.assert_allclose(gradient, products[19, :19], rtol=1e-9, atol=1e-9)
+
+
+def test_scipy_starts_from_the_same_cost(problem):
+    v, target, weights, _ = problem
+    fit = NetworkFit(
+        torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
+    )
+    result = peers.scipy_open_loop(v, target, 50)(weights)
+    np.testing.assert_allclose(
+        fit.products(result.x[None])[0, -1, -1], 2.0 * result.cost, rtol=1e-9, atol=1e-12
+    )
+
+
+@pytest.mark.skipif(not peers.installed("jax"), reason="no jax")
+def test_jax_does_the_same(problem):
+    v, target, weights, products = problem
+    work = peers.jax_jacobian(weights, v, target, 1)
+    matrix, gradient = work()
+    np.testing.assert_allclose(matrix, products[:19, :19], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(gradient, products[19, :19], rtol=1e-9, atol=1e-9)
+
+
+def test_timing():
+    calls = []
+    timing = timed(lambda: calls.append(0), 4, scale=1e6)
+    assert len(calls) == 5
+    assert timing.q25_s <= timing.median_s <= timing.q75_s
+    assert timing.n == 4
+
+
+@pytest.mark.slow
+def test_command_without_peers(tmp_path):
+    overrides = [
+        "peers=false", "first_use=false", "n_samples=400", "n_rollout_samples=600",
+        "n_channels=9", "n_starts=4", "n_cost_starts=2", "iterations=3", "repeats=1",
+        "slow_repeats=1", "slow_samples=200", f"hydra.run.dir={tmp_path}",
+    ]  # fmt: skip
+    run = subprocess.run(
+        [sys.executable, "-m", "experiments.speed", *overrides],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    report = json.loads((tmp_path / "speed.json").read_text())
+    assert all(report[name] is None for name in RATIOS)
+    assert report["timings"]["multi_start.narx"]["median_s"] > 0
