@@ -117,9 +117,13 @@ def train(
         rng,
         log,
     )
+    config = OmegaConf.to_container(cfg, resolve=True)
+    assert isinstance(config, dict)
+    # where recordings lie is nobody's business who gets the network
+    config.pop("data_root")
     history |= {
         "fold": fold.name,
-        "config": OmegaConf.to_container(cfg, resolve=True),
+        "config": config,
         "data_sha256": hashes,
     }
     unfinished = Checkpoint(model, start_up, axis_scaling)
