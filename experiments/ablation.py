@@ -1,6 +1,6 @@
 """Change one choice of the network at a time and tabulate what it brings.
 
-python -m experiments.ablation overrides='[data=smartphone_pocket,split=leave_one_subject_out]'
+python -m experiments.ablation data_root=DIR
 """
 
 import pandas as pd
