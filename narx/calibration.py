@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from narx.anatomical_frame import (
     MIN_WALK_S,
-    excursion_rad,
     frame_from_gravity,
     frame_from_left,
     principal_horizontal_axis,
@@ -18,8 +17,17 @@ from narx.anatomical_frame import (
     walking_band,
 )
 from narx.errors import RecordingError, UserError
+from narx.functional_frame import (
+    MOVEMENT,
+    body_part,
+    functional_frame,
+    has_own_movement,
+    has_whole_leg,
+    leg_frame,
+    standing_force,
+)
 from narx.method import SegmentSignals
-from narx.recording import FloatArray, ImuRecording, Trial, side_of
+from narx.recording import FloatArray, Trial, side_of
 from narx.reference_frame import anatomical_reference, rest_heading_rad
 from narx.segment_angles import (
     TRANSVERSE,
@@ -30,11 +38,7 @@ from narx.segment_angles import (
 )
 from narx.static_bias import static_bias
 
-Mode = Literal["auto", "functional", "walking", "sensor"]
-
-# calibration movement of a body segment, as Tham et al. choose them
-_MOVEMENT = {"thigh": "hip_abduction", "shank": "knee_flexion"}
-_MIN_EXCURSION_RAD = np.radians(3.0)
+Mode = Literal["auto", "leg", "functional", "walking", "sensor"]
 
 
 @dataclass(frozen=True)
@@ -76,15 +80,17 @@ def calibrate(
     ----------
     trial : Trial
         As from a source.
-    mode : {"auto", "functional", "walking", "sensor"}
+    mode : {"auto", "leg", "functional", "walking", "sensor"}
         ``functional``: gravity in standing gives z; hip abduction gives x of a thigh, passive
-        knee flexion y of a shank (Tham et al., II-A). ``walking``: gravity (in standing where
-        the trial has it, otherwise over the walk) and the principal horizontal axis of the
-        walking gyroscope as y. ``sensor``: the sensor frame, turned the shortest way so that z
-        is up at rest (or over the first second), for what is not a leg; a second sensor is
-        given the heading of the first at rest by the reference, where that tracked the sensors,
-        so that the joint between them starts at zero. ``auto``: functional where a leg segment
-        has the recordings, else walking; sensor for anything but thigh and shank.
+        knee flexion y of a shank (Tham et al., II-A). ``leg``: the same movements, each seen by
+        both sensors of the leg (`narx.functional_frame.leg_frame`). ``walking``: gravity (in
+        standing where the trial has it, otherwise over the walk) and the principal horizontal
+        axis of the walking gyroscope as y. ``sensor``: the sensor frame, turned the shortest
+        way so that z is up at rest (or over the first second), for what is not a leg; a second
+        sensor is given the heading of the first at rest by the reference, where that tracked the
+        sensors, so that the joint between them starts at zero. ``auto``: leg, functional or
+        walking, the first for which the trial has the recordings; sensor for anything but thigh
+        and shank.
     remove_heading_misalignment : bool
         Whether the constant angle about the vertical between an anatomical reference frame
         (markers) and the calibrated sensor frame is removed, estimated over the whole trial
@@ -139,8 +145,11 @@ def _calibrate_segment(
         f"from {still.where} removed"
     ]
     chosen = _available_mode(trial, segment) if mode == "auto" else mode
-    build = {"functional": _functional, "walking": _walking, "sensor": _upright_sensor}[chosen]
-    to_anatomical, how = build(trial, segment, bias)
+    if chosen == "leg":
+        to_anatomical, how = leg_frame(trial, segment)
+    else:
+        build = {"functional": functional_frame, "walking": _walking, "sensor": _upright_sensor}
+        to_anatomical, how = build[chosen](trial, segment, bias)
     notes.append(how)
 
     rate = to_anatomical.apply(imu.gyroscope_rad_s - bias)
@@ -173,61 +182,15 @@ def _calibrate_segment(
 
 def _available_mode(trial: Trial, segment: str) -> Mode:
     """Choose the first mode for which the trial has the parts."""
-    if body_part(segment) not in _MOVEMENT:
+    if body_part(segment) not in MOVEMENT:
         return "sensor"
-    has_movement = _movement_recording(trial, segment) is not None
-    return "functional" if has_movement and _standing(trial, segment) is not None else "walking"
-
-
-def body_part(segment: str) -> str:
-    """Tell the body part from a segment's name.
-
-    Parameters
-    ----------
-    segment : str
-        Such as ``thigh_right``.
-
-    Returns
-    -------
-    str
-        The name without its side.
-    """
-    return segment.removesuffix("_left").removesuffix("_right")
-
-
-def _functional(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
-    standing = _standing(trial, segment)
-    movement = _movement_recording(trial, segment)
-    if standing is None or movement is None:
-        lacking = "standing part" if standing is None else "hip abduction or knee flexion"
-        raise RecordingError(
-            f"{trial.name}: no {lacking} of '{segment}' for functional calibration; "
-            "calibration mode 'walking' does without"
-        )
-    up = up_from_gravity(standing, f"{trial.name}, standing, '{segment}'")
-    rate = movement.gyroscope_rad_s - bias
-    rate = rate[np.isfinite(rate).all(axis=1)]
-    axis = principal_horizontal_axis(rate, up)
-    thigh = body_part(segment) == "thigh"
-    # the movement starts from the neutral posture: the leg is lifted to its own side, which is
-    # about -x on the right and +x on the left; the dangling foot is swung forward, about -y
-    expected = 1.0 if thigh and side_of(segment) == "left" else -1.0
-    angle = excursion_rad(rate, axis, movement.sampling_rate_hz)
-    if abs(angle) < _MIN_EXCURSION_RAD:
-        raise RecordingError(
-            f"{trial.name}: calibration movement of '{segment}' leads {np.degrees(angle):.1f} deg "
-            "away from the neutral posture on average, expected at least "
-            f"{np.degrees(_MIN_EXCURSION_RAD):.0f} deg (begin in neutral, lift the leg outwards or "
-            "swing the foot forwards)"
-        )
-    axis = np.sign(expected * angle) * axis
-    if thigh:
-        return frame_from_left(up, np.cross(up, axis)), "functional: z standing, x hip abduction"
-    return frame_from_left(up, axis), "functional: z standing, y passive knee flexion"
+    if has_whole_leg(trial, segment):
+        return "leg"
+    return "functional" if has_own_movement(trial, segment) else "walking"
 
 
 def _walking(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
-    standing = _standing(trial, segment)
+    standing = standing_force(trial, segment)
     force = trial.imus[segment].accelerometer_m_s2[_walking_samples(trial)]
     up = up_from_gravity(force if standing is None else standing, f"{trial.name}, '{segment}'")
     walk = _walk(trial, segment, bias)
@@ -251,7 +214,7 @@ def _walking(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, st
 
 
 def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
-    standing = _standing(trial, segment)
+    standing = standing_force(trial, segment)
     if standing is not None:
         force, source = standing, "at rest"
     else:
@@ -275,25 +238,6 @@ def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotat
                 "only the reference knows"
             )
     return frame, how
-
-
-def _standing(trial: Trial, segment: str) -> FloatArray | None:
-    """Give the accelerometer in the calibration posture, None where there is no such part."""
-    recording = trial.calibration.get("standing", {}).get(segment)
-    if recording is not None:
-        return recording.accelerometer_m_s2
-    if not trial.still_s:
-        return None
-    begin, end = trial.still_s[0]
-    inside = (trial.time_s >= begin) & (trial.time_s <= end)
-    return trial.imus[segment].accelerometer_m_s2[inside]
-
-
-def _movement_recording(trial: Trial, segment: str) -> ImuRecording | None:
-    movement = _MOVEMENT.get(body_part(segment))
-    side = side_of(segment)
-    part = movement if side is None else f"{movement}_{side}"
-    return trial.calibration.get(str(part), {}).get(segment)
 
 
 def _walking_samples(trial: Trial) -> NDArray[np.bool_]:

@@ -37,8 +37,8 @@ _KNEE_EXTENSION_DEG = 50.0
 _SITTING_DEG = 88.0
 # motion that comes along, as a share of the movement, standard deviations: of the person, and of
 # the single repetition
-_COMPANION_SD = 0.06
-_COMPANION_REPETITION_SD = 0.03
+_COMPANION_SD = 0.04
+_COMPANION_REPETITION_SD = 0.02
 
 
 def duration_s(part: str) -> float:

@@ -1,5 +1,6 @@
 """What an optical system reports of a segment: markers on skin, a frame laid by hand, gaps."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,9 @@ from narx.simulation.soft_tissue import MARKER_GAIN, SoftTissue, draw_soft_tissu
 FloatArray = NDArray[np.float64]
 
 # the frame's axes against the true ones, about x, y, z: misplaced landmarks turn the knee's axis
-# by some degrees about the long axis (Della Croce et al., Gait & Posture 21:226, 2005)
-FRAME_SD_DEG = (1.0, 1.0, 3.0)
+# by some degrees about the long axis (Della Croce et al., Gait & Posture 21:226, 2005), here at
+# the lower end: one trained examiner
+FRAME_SD_DEG = (1.0, 1.0, 2.0)
 # orientation noise of a cluster: 0.2 mm of marker noise over some 0.1 m
 NOISE_SD_DEG = 0.1
 # occlusions of a segment: how often and how long (assumed)
@@ -38,7 +40,7 @@ class Markers:
     frame: Rotation
 
 
-def draw_markers(rng: np.random.Generator, segment: str) -> Markers:
+def draw_markers(rng: np.random.Generator, segment: str, skin: Mapping[str, FloatArray]) -> Markers:
     """Draw the markers of one segment.
 
     Parameters
@@ -47,13 +49,15 @@ def draw_markers(rng: np.random.Generator, segment: str) -> Markers:
         Source of randomness.
     segment : str
         Segment.
+    skin : mapping of str to ndarray, shape (3, 3)
+        What they share with a sensor on the segment, as from `draw_skin`.
 
     Returns
     -------
     Markers
         The same throughout a session.
     """
-    tissue = draw_soft_tissue(rng, segment, MARKER_GAIN, wobbles=False)
+    tissue = draw_soft_tissue(rng, segment, MARKER_GAIN, skin, wobbles=False)
     return Markers(tissue, Rotation.from_rotvec(np.radians(FRAME_SD_DEG) * rng.standard_normal(3)))
 
 

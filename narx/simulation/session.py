@@ -11,7 +11,7 @@ from narx.simulation.body import Body
 from narx.simulation.markers import Markers, draw_markers
 from narx.simulation.random_numbers import stream
 from narx.simulation.sensor import SensorModel, TriadErrors, draw_triad_errors
-from narx.simulation.soft_tissue import SENSOR_GAIN, SoftTissue, draw_soft_tissue
+from narx.simulation.soft_tissue import SENSOR_GAIN, SoftTissue, draw_skin, draw_soft_tissue
 
 FloatArray = NDArray[np.float64]
 
@@ -93,8 +93,9 @@ def draw_session(
     for segment in segments:
         rng = stream(seed, subject, segment, "session")
         session.mountings[segment] = _mount(rng, segment, body, mounting)
-        session.tissues[segment] = draw_soft_tissue(rng, segment, SENSOR_GAIN, wobbles=True)
-        session.markers[segment] = draw_markers(rng, segment)
+        skin = draw_skin(stream(seed, subject, segment, "skin"), segment)
+        session.tissues[segment] = draw_soft_tissue(rng, segment, SENSOR_GAIN, skin, wobbles=True)
+        session.markers[segment] = draw_markers(rng, segment, skin)
         session.gyroscopes[segment] = draw_triad_errors(rng, sensor.gyroscope)
         session.accelerometers[segment] = draw_triad_errors(rng, sensor.accelerometer)
     return session

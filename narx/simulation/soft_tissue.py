@@ -17,16 +17,15 @@ from narx.simulation.skeleton import SkeletonMotion
 FloatArray = NDArray[np.float64]
 
 # standard deviation of the tissue's rotation per angle of the joint, about each anatomical axis
-# (x, y, z). In walking this makes, RMS about x, y, z, some (1.7, 1.7, 1.1) deg on the thigh and
-# (0.8, 0.7, 0.5) on the shank for strapped sensors, (1.4, 1.4, 3.7) and (0.4, 0.6, 1.1) for skin
-# markers, the order of Leardini et al., Gait & Posture 21:212, 2005; Benoit et al., Gait &
-# Posture 24:152, 2006; Barre et al., IEEE Trans Biomed Eng 60:3131, 2013.
-SENSOR_GAIN = {"pelvis": (0.03, 0.03, 0.03), "thigh": (0.06, 0.06, 0.06), "shank": (0.03,) * 3}
+# (x, y, z); sizes and sources: docs/simulator.md
+SENSOR_GAIN = {"pelvis": (0.03, 0.03, 0.03), "thigh": (0.04, 0.04, 0.04), "shank": (0.02,) * 3}
 MARKER_GAIN = {
     "pelvis": (0.03, 0.03, 0.03),
-    "thigh": (0.06, 0.06, 0.12),
-    "shank": (0.03, 0.03, 0.06),
+    "thigh": (0.04, 0.05, 0.10),
+    "shank": (0.02, 0.025, 0.05),
 }
+# a strap and the markers beside it ride on the same muscle: this part of the variance is common
+SHARED_VARIANCE = 0.5
 
 _ADJACENT = {"pelvis": ("pelvis",), "thigh": ("hip", "knee"), "shank": ("knee",)}
 
@@ -73,10 +72,34 @@ class SoftTissue:
         return Rotation.from_rotvec(vector)
 
 
+def draw_skin(rng: np.random.Generator, segment: str) -> dict[str, FloatArray]:
+    """Draw how the tissue of a segment moves as a whole, under whatever it carries.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Source of randomness.
+    segment : str
+        Segment.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (3, 3)
+        By adjacent joint: gains of unit variance.
+    """
+    kind, _, side = segment.partition("_")
+    joints = [joint if joint == "pelvis" else f"{joint}_{side}" for joint in _ADJACENT[kind]]
+    return {joint: rng.standard_normal((3, 3)) for joint in joints}
+
+
 def draw_soft_tissue(
-    rng: np.random.Generator, segment: str, gain: Mapping[str, tuple[float, ...]], wobbles: bool
+    rng: np.random.Generator,
+    segment: str,
+    gain: Mapping[str, tuple[float, ...]],
+    skin: Mapping[str, FloatArray],
+    wobbles: bool,
 ) -> SoftTissue:
-    """Draw the tissue of one segment.
+    """Draw the tissue of one segment under one instrument.
 
     Parameters
     ----------
@@ -86,6 +109,8 @@ def draw_soft_tissue(
         Segment.
     gain : mapping of str to tuple of float
         Standard deviations as in `SENSOR_GAIN`.
+    skin : mapping of str to ndarray, shape (3, 3)
+        What all instruments on the segment share, as from `draw_skin`.
     wobbles : bool
         Whether the instrument has the mass to swing after an impact.
 
@@ -94,11 +119,13 @@ def draw_soft_tissue(
     SoftTissue
         The same throughout a session.
     """
-    kind, _, side = segment.partition("_")
-    spread = np.array(gain[kind])[:, None]
-    joints = [joint if joint == "pelvis" else f"{joint}_{side}" for joint in _ADJACENT[kind]]
+    spread = np.array(gain[segment.partition("_")[0]])[:, None]
+    own, common = np.sqrt(1.0 - SHARED_VARIANCE), np.sqrt(SHARED_VARIANCE)
     return SoftTissue(
         segment,
-        {joint: spread * rng.standard_normal((3, 3)) for joint in joints},
+        {
+            joint: spread * (common * shared + own * rng.standard_normal((3, 3)))
+            for joint, shared in skin.items()
+        },
         WOBBLE_RAD_PER_M * rng.standard_normal(3) * wobbles,
     )

@@ -305,12 +305,70 @@ def test_body_part():
     assert body_part("imu1") == "imu1"
 
 
-def test_simulated_sensors_are_calibrated_to_their_bones():
+def _leg_trial(side, mountings, abduction_off=0.0, thigh_tissue=0.0, flexion_off=0.0):
+    """A leg that is abducted and whose knee is flexed about axes off by angles about z, rad."""
+    still = np.zeros((500, 3))
+    lift, swing = np.zeros((len(_time(10.0)), 3)), np.zeros((len(_time(10.0)), 3))
+    lift[:, 1] = _lifts(np.radians(30.0))
+    swing[:, 0] = _lifts(np.radians(50.0))
+
+    def turned(angles, off):
+        turn = Rotation.from_euler("Z", off)
+        return turn * _orientation(angles, side) * turn.inv()
+
+    thigh, shank = f"thigh_{side}", f"shank_{side}"
+    calibration = {
+        "standing": {s: _imu(s, _orientation(still, side), m) for s, m in mountings.items()},
+        f"hip_abduction_{side}": {
+            thigh: _imu(thigh, turned(lift, abduction_off + thigh_tissue), mountings[thigh]),
+            shank: _imu(shank, turned(lift, abduction_off), mountings[shank]),
+        },
+        f"knee_flexion_{side}": {
+            thigh: _imu(thigh, _orientation(0 * swing, side), mountings[thigh]),
+            shank: _imu(shank, turned(swing, flexion_off), mountings[shank]),
+        },
+    }
+    walk = {s: _imu(s, _orientation(_walk_angles(), side), m) for s, m in mountings.items()}
+    return Trial("made", "s", "c", "t", _RATE_HZ, walk, calibration=calibration)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=_seeds, side=st.sampled_from(["left", "right"]))
+def test_the_whole_leg_recovers_any_mounting_and_halves_what_one_movement_lacks(seed, side):
+    names = (f"thigh_{side}", f"shank_{side}")
+    mountings = dict(zip(names, Rotation.random(2, random_state=seed), strict=True))
+    exact = calibrate(_leg_trial(side, mountings))
+    for segment, calibrated in exact.items():
+        assert _error_deg(calibrated.sensor_to_anatomical, mountings[segment]) < 0.2
+        assert any(note.startswith("leg:") for note in calibrated.notes)
+    errors = {"abduction_off": 6.0, "thigh_tissue": 2.0, "flexion_off": -3.0}
+    imperfect = _leg_trial(side, mountings, **{k: np.radians(v) for k, v in errors.items()})
+    expected = {"leg": (3.5, 1.5), "functional": (8.0, -3.0)}
+    for mode, degrees in expected.items():
+        for (segment, calibrated), off in zip(
+            calibrate(imperfect, mode).items(), degrees, strict=True
+        ):
+            # vectors in the found frame are those of the true one, turned back
+            error = (calibrated.sensor_to_anatomical * mountings[segment]).as_rotvec(degrees=True)
+            assert error == pytest.approx([0.0, 0.0, -off], abs=0.3), (mode, segment)
+
+
+def test_a_leg_without_its_other_sensor_falls_back_and_says_what_is_missing():
+    trial, _ = _trial("shank_right", Rotation.identity())
+    assert any("functional" in note for note in calibrate(trial)["shank_right"].notes)
+    with pytest.raises(RecordingError, match="leg of 'shank_right' lacks"):
+        calibrate(trial, "leg")
+
+
+@pytest.mark.parametrize(
+    ("mode", "how"), [("auto", "leg:"), ("leg", "leg:"), ("functional", "functional:")]
+)
+def test_simulated_sensors_are_calibrated_to_their_bones(mode, how):
     source = SimulatedGait(subjects=["S2"], conditions=["normal"], treadmill_duration_s=20.0)
     trial = next(iter(source))
     truth = source.truth(trial.subject, trial.condition, trial.trial)
-    for segment, calibrated in calibrate(trial).items():
-        assert "functional" in " ".join(calibrated.notes)
+    for segment, calibrated in calibrate(trial, mode).items():
+        assert how in " ".join(calibrated.notes)
         bone, sensor = (
             Rotation.from_quat(of[segment][:500], scalar_first=True)
             for of in (truth.segment_wxyz, truth.sensor_wxyz)

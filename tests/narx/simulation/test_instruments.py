@@ -8,7 +8,13 @@ from narx.simulation.markers import FRAME_SD_DEG, NOISE_SD_DEG, draw_markers, tr
 from narx.simulation.sensor import sensor_model
 from narx.simulation.session import draw_session
 from narx.simulation.skeleton import move
-from narx.simulation.soft_tissue import SENSOR_GAIN, draw_soft_tissue
+from narx.simulation.soft_tissue import (
+    MARKER_GAIN,
+    SENSOR_GAIN,
+    SHARED_VARIANCE,
+    draw_skin,
+    draw_soft_tissue,
+)
 from narx.simulation.walker import JOINTS
 
 BODY = Body(1.7, 65.0)
@@ -21,21 +27,43 @@ def _motion(n, knee_deg=0.0):
     return move(np.arange(n) / RATE_HZ, RATE_HZ, angles, BODY)
 
 
+def _tissue(segment):
+    rng = np.random.default_rng(0)
+    return draw_soft_tissue(rng, segment, SENSOR_GAIN, draw_skin(rng, segment), True)
+
+
+def test_sensor_and_markers_share_the_tissue_they_ride_on():
+    model = sensor_model("physilog")
+    gains = {"sensor": [], "markers": []}
+    for seed in range(300):
+        session = draw_session(seed, "S1", BODY, model, "random", ["thigh_right"])
+        for name, tissue in (
+            ("sensor", session.tissues["thigh_right"]),
+            ("markers", session.markers["thigh_right"].tissue),
+        ):
+            gains[name].append(tissue.gains["knee_right"].ravel())
+    sensor, markers = (np.array(gains[name]) for name in ("sensor", "markers"))
+    np.testing.assert_allclose(sensor.std(axis=0), np.repeat(SENSOR_GAIN["thigh"], 3), rtol=0.15)
+    np.testing.assert_allclose(markers.std(axis=0), np.repeat(MARKER_GAIN["thigh"], 3), rtol=0.15)
+    correlation = [np.corrcoef(a, b)[0, 1] for a, b in zip(sensor.T, markers.T, strict=True)]
+    assert np.mean(correlation) == pytest.approx(SHARED_VARIANCE, abs=0.06)
+
+
 def test_tissue_rests_in_the_calibration_posture_and_follows_the_joint():
-    tissue = draw_soft_tissue(np.random.default_rng(0), "shank_right", SENSOR_GAIN, True)
+    tissue = _tissue("shank_right")
     assert tissue.rotation(_motion(3)).magnitude().max() == 0.0
     small, large = (tissue.rotation(_motion(1, a)).as_rotvec()[0] for a in (10.0, 60.0))
     np.testing.assert_allclose(large, 6.0 * small, atol=1e-12)
 
 
 def test_tissue_of_the_thigh_follows_hip_and_knee():
-    tissue = draw_soft_tissue(np.random.default_rng(0), "thigh_left", SENSOR_GAIN, True)
+    tissue = _tissue("thigh_left")
     assert set(tissue.gains) == {"hip_left", "knee_left"}
 
 
 def test_markers_see_posture_as_zero_but_for_noise():
     rng = np.random.default_rng(0)
-    markers = draw_markers(rng, "shank_right")
+    markers = draw_markers(rng, "shank_right", draw_skin(rng, "shank_right"))
     wxyz = track(markers, _motion(2000), "shank_right", slice(None), rng)
     vector = 2.0 * wxyz[np.isfinite(wxyz[:, 0]), 1:]
     np.testing.assert_allclose(vector.mean(axis=0), 0.0, atol=np.radians(0.02))
@@ -44,7 +72,7 @@ def test_markers_see_posture_as_zero_but_for_noise():
 
 def test_markers_are_hidden_now_and_then_and_nan_as_a_row():
     rng = np.random.default_rng(0)
-    markers = draw_markers(rng, "thigh_right")
+    markers = draw_markers(rng, "thigh_right", draw_skin(rng, "thigh_right"))
     hidden = []
     for _ in range(20):
         wxyz = track(markers, _motion(6000), "thigh_right", slice(None), rng)
@@ -59,12 +87,14 @@ def test_a_misplaced_frame_turns_flexion_into_abduction():
     rng = np.random.default_rng(0)
     leaks = []
     for _ in range(200):
-        markers = draw_markers(rng, "shank_right")
+        markers = draw_markers(rng, "shank_right", draw_skin(rng, "shank_right"))
         wxyz = track(markers, _motion(5, 60.0), "shank_right", slice(None), rng)
         leaks.append(np.degrees(2.0 * wxyz[0, 1]))
-    # sin(3 deg) of a 60 degree turn, and the tissue on top
+    # the sine of the frame's error in a 60 degree turn, and the tissue on top
     expected = 2.0 * np.degrees(np.sin(np.radians(30.0))) * np.radians(FRAME_SD_DEG[2])
-    assert np.std(leaks) == pytest.approx(np.hypot(expected, 0.03 * 60.0), rel=0.2)
+    assert np.std(leaks) == pytest.approx(
+        np.hypot(expected, MARKER_GAIN["shank"][0] * 60.0), rel=0.2
+    )
 
 
 @pytest.mark.parametrize(("mounting", "least", "most"), [("random", 60, 180), ("strapped", 5, 40)])
