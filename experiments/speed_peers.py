@@ -190,7 +190,16 @@ class CompiledC:
     def __init__(self, folder: Path) -> None:
         library = folder / "speed_peer.so"
         source = Path(__file__).with_name("speed_peer.c")
-        command = ["gcc", "-O3", "-march=native", "-shared", "-fPIC", "-o", library, source]
+        command = [
+            "gcc",
+            "-O3",
+            "-march=native",
+            "-shared",
+            "-fPIC",
+            "-o",
+            str(library),
+            str(source),
+        ]
         subprocess.run(command, check=True, capture_output=True)
         self._library = ctypes.CDLL(str(library))
 
@@ -270,9 +279,7 @@ def _features(v: FloatArray, p: FloatArray) -> FloatArray:
     return np.column_stack([v, lagged(v, 1), lagged(p, 1), lagged(p, 2)])
 
 
-def scipy_open_loop(
-    v: FloatArray, target: FloatArray, evaluations: int
-) -> Callable[[FloatArray], Any]:
+def scipy_open_loop(v: FloatArray, target: FloatArray, evaluations: int) -> Callable[..., Any]:
     """MINPACK's Levenberg-Marquardt with the same analytic Jacobian.
 
     Parameters
@@ -393,11 +400,11 @@ def optimistix_open_loop(
         h = jnp.tanh(x @ w[:12].reshape(3, 4).T + w[12:15])
         return h @ w[15:18] + w[18] - y
 
-    solver = optimistix.LevenbergMarquardt(rtol=1e-15, atol=1e-15)
+    solver: Any = optimistix.LevenbergMarquardt(rtol=1e-15, atol=1e-15)
 
     @jax.jit
     def solve(start: Any) -> Any:
-        solution = optimistix.least_squares(
+        solution: Any = optimistix.least_squares(
             residuals, solver, start, max_steps=iterations, throw=False
         )
         return solution.value

@@ -262,8 +262,8 @@ class _Coupled(torch.autograd.Function):
         tanh: Tanh,
     ) -> tuple[Tensor, Tensor]:
         batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
-        angles, final = batch.run(flat_sets(weights))
-        final = back(final, state.shape, rates)
+        angles, last = batch.run(flat_sets(weights))
+        final = back(last, state.shape, rates)
         ctx.save_for_backward(weights)
         ctx.batch = batch
         ctx.mark_non_differentiable(final)
@@ -272,10 +272,11 @@ class _Coupled(torch.autograd.Function):
     @staticmethod
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, d_angles: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
+        weights: Tensor
         (weights,) = ctx.saved_tensors
         # the products of the derivatives with d_angles in the place of the residuals
         batch: CoupledBatch = ctx.batch
         wanted = Wanted(flat(d_angles, 2), given=True)
-        products, _, _ = batch.products(flat_sets(weights), wanted)
+        products = batch.products(flat_sets(weights), wanted)[0]
         gradient = batch.angle_scale @ products[0, :, weights.numel(), : weights.numel()]
         return back(gradient, weights.shape, weights), *(None,) * 7

@@ -13,8 +13,8 @@ from typing import Any
 from numba.core import caching
 
 _FOLDER = Path(__file__).resolve().parent
-# its name lost the underscore in a later numba
-_LOCATORS = getattr(caching, "CacheImpl", None) or caching._CacheImpl
+# its name has lost its underscore
+_LOCATORS: Any = getattr(caching, "CacheImpl", None) or getattr(caching, "_CacheImpl")  # noqa: B009
 
 
 @functools.cache

@@ -14,10 +14,10 @@ import math
 import operator
 from typing import Any
 
-from llvmlite import ir
-from numba import njit, types
+import numba
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import types
 from numba.core import cgutils
-from numba.core.extending import intrinsic, overload
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import models, register_model
@@ -25,6 +25,11 @@ from numba.extending import models, register_model
 from narx.kernels.cache import stamp_by_folder
 
 stamp_by_folder()
+
+# what these make of a function has another signature than the function: no matter for mypy
+njit: Any = numba.njit
+intrinsic: Any = numba.extending.intrinsic
+overload: Any = numba.extending.overload
 
 JIT: dict[str, Any] = {
     "cache": True,

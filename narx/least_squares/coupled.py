@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from torch import Tensor
 
 from narx._arrays import flat
@@ -72,13 +73,13 @@ class CoupledFit:
         wanted = wanted / batch.angle_scale
         weights = np.asarray(axis_weights, dtype=np.float64)
         self._axis_factors = weights * batch.angle_scale**2
-        there = ~np.isnan(wanted) & (weights > 0)
+        there: NDArray[np.bool_] = ~np.isnan(wanted) & (weights > 0)
         self._there = there
         there[:, :washout] = False
         n_samples = there.shape[1]
-        any_axis = there.any(axis=2)
+        any_axis = np.any(there, axis=2)
         last = n_samples - np.argmax(any_axis[:, ::-1], axis=1) if n_samples else 0
-        lengths = np.where(any_axis.any(axis=1), last, 0).astype(np.int64)
+        lengths = np.where(np.any(any_axis, axis=1), last, 0).astype(np.int64)
         roots = None
         if sequence_weights is not None:
             roots = np.sqrt(flat(sequence_weights.expand(self._lead), 0)).reshape(-1)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from narx.kernels.lanes import JIT, njit
 from narx.least_squares.problem import FloatArray
@@ -56,7 +57,7 @@ class Damping:
         return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
 
     def update(
-        self, mu: FloatArray, growth: FloatArray, kept: FloatArray, gain: FloatArray
+        self, mu: FloatArray, growth: FloatArray, kept: NDArray[np.bool_], gain: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Change mu after a step.
 
@@ -157,7 +158,7 @@ def step_by_qr(
     residuals: FloatArray,
     jacobian: FloatArray,
     weights: FloatArray,
-    free: FloatArray,
+    free: NDArray[np.int64],
     mu: float,
     decay: float,
     diagonal: bool,

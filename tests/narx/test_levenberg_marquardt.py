@@ -68,18 +68,17 @@ def test_no_kept_step_raises_the_cost():
 
 
 def test_reaches_the_cost_of_scipy_from_the_same_start():
-    inputs, targets = signals(noise=0.01)
+    inputs, targets = signals(300, noise=0.01)
     fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
-    starts = normal_starts(DEFAULT, 6, np.random.default_rng(1))
-    options = Options(Stopping(max_evaluations=2000))
-    result = levenberg_marquardt(fit, starts, options)
+    starts = normal_starts(DEFAULT, 5, np.random.default_rng(1))
+    result = levenberg_marquardt(fit, starts, Options(Stopping(max_evaluations=600)))
     theirs = [
         least_squares(
             lambda w: fit.residuals(w)[0],
             start,
             lambda w: fit.residuals(w)[1],
             method="lm",
-            max_nfev=2000,
+            max_nfev=600,
         ).cost
         for start in starts
     ]
