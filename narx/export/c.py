@@ -1,5 +1,6 @@
 """C: one ISO C99 file and its header, for a microcontroller or any other language."""
 
+import math
 import os
 import re
 from importlib import resources
@@ -14,6 +15,7 @@ from narx.checkpoint import Checkpoint
 from narx.errors import UserError
 from narx.export.recurrence import ExportedNarx
 from narx.files import atomic_path
+from narx.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
 
 Precision = Literal["double", "float"]
 
@@ -76,15 +78,21 @@ def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
     weights = model.weights.detach().numpy()
     w1 = weights[structure.w1].reshape(structure.hidden, structure.n_features)
     interval_s = 1.0 / narx.sampling_rate_hz
-    # which samples are averaged is decided here, so that rounding of the time cannot move it
-    time_s = np.cumsum(np.full(narx.start_up_samples, interval_s))
-    averaged = int(np.sum(time_s > start_up.duration_s - start_up.averaging_s))
+    # as the package adds time up, so that rounding in `float` cannot move the hand-over
+    enough = math.ceil(max(start_up.duration_s, 0.0) / interval_s) + 2
+    moving_s = np.cumsum([0.0] + [interval_s] * enough)
+    moving_samples = int(np.argmax(moving_s >= start_up.duration_s))
     numbers = {
         "sampling_rate_hz": narx.sampling_rate_hz,
         "interval_s": interval_s,
         "leak_rad_s": start_up.leak_rad_s,
         "settling_gain": start_up.settling_gain,
         "settling_s": start_up.settling_s,
+        "duration_s": start_up.duration_s,
+        "averaging_s": start_up.averaging_s,
+        "movement_time_constant_s": MOVEMENT_TIME_CONSTANT_S,
+        "movement_square": MOVEMENT_RAD_S**2,
+        "pi": math.pi,
         "smallest_cos_frontal": SMALLEST_COS_FRONTAL,
         "rate_offset": scaled.rate_offset_rad_s,
         "rate_scale": scaled.rate_scale_rad_s,
@@ -93,8 +101,7 @@ def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
         "b2": weights[structure.b2],
     }
     counts = {
-        "start_up_samples": narx.start_up_samples,
-        "averaged_samples": averaged,
+        "moving_samples": moving_samples,
         "coupled": int(model.coupled),
         "hidden": structure.hidden,
         "past_inputs": structure.n_input_state,

@@ -9,21 +9,23 @@ The state is a float64 vector:
 indices  content
 ======== ==================================================================
 0-2      angles, rad
-3-5      leaky angles of the start-up, rad
-6-8      latest rates of the angles, rad/s
-9-11     sum of postures, rad
-12       samples in that sum
-13       time since the start, s
-14       1 where the start pose is known, else 0
-15       samples left of the start-up
-16-18    posture: angle about which the network swings, rad
-19-      the network's past inputs and outputs, normalised, axis by axis
+3-5      latest rates of the angles, rad/s
+6-8      weighted sum of angles, from which the posture comes, rad
+9        sum of those weights
+10       time since the start, s
+11       time in movement, s: the network takes over once it is long enough
+12       mean square of the rates over the latest second, rad^2/s^2
+13       1 where the start pose is known, else 0
+14-16    posture: angle about which the network swings, rad
+17-      the network's past inputs and outputs, normalised, axis by axis
 ======== ==================================================================
 
-The first 15 are those of `narx.start_up.StartUp`, and stay as they are once the network works.
+The first 14 are those of `narx.start_up.StartUp`, and stay as they are once the network works.
 The network's part follows along during the start-up, so handing over is nothing but going on
 with the other equations.
 """
+
+import math
 
 import torch
 from torch import Tensor, nn
@@ -31,8 +33,9 @@ from torch import Tensor, nn
 from narx.cell import coupled_rates
 from narx.checkpoint import Checkpoint
 from narx.errors import MethodNotApplicableError
+from narx.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S, MOVING_S, STATE_SIZE
 
-_LEFT, _NETWORK = 15, 19
+_NETWORK = STATE_SIZE + 3
 
 
 class ExportedNarx(nn.Module):
@@ -47,8 +50,8 @@ class ExportedNarx(nn.Module):
     ----------
     sampling_rate_hz : float
         Rate at which samples must come.
-    start_up_samples : int
-        Samples before the network takes over.
+    start_up_s : float
+        Time in movement before the network takes over, s.
     state_size : int
         Length of the state.
 
@@ -62,7 +65,11 @@ class ExportedNarx(nn.Module):
     leak_rad_s: Tensor
     settling_gain: Tensor
     settling_s: Tensor
-    averaging_from_s: Tensor
+    duration_s: Tensor
+    averaging_s: Tensor
+    movement_time_constant_s: Tensor
+    movement_square: Tensor
+    pi: Tensor
 
     def __init__(self, checkpoint: Checkpoint) -> None:
         super().__init__()
@@ -75,14 +82,18 @@ class ExportedNarx(nn.Module):
         self.cell = model.cell()
         self.coupled = model.coupled
         self.sampling_rate_hz = float(model.sampling_rate_hz)
-        self.start_up_samples = round(start_up.duration_s * self.sampling_rate_hz)
+        self.start_up_s = float(start_up.duration_s)
         # as float64 tensors, since graph formats may round plain numbers to float32
         for name, value in (
             ("interval_s", 1.0 / self.sampling_rate_hz),
             ("leak_rad_s", start_up.leak_rad_s),
             ("settling_gain", start_up.settling_gain),
             ("settling_s", start_up.settling_s),
-            ("averaging_from_s", start_up.duration_s - start_up.averaging_s),
+            ("duration_s", start_up.duration_s),
+            ("averaging_s", start_up.averaging_s),
+            ("movement_time_constant_s", MOVEMENT_TIME_CONSTANT_S),
+            ("movement_square", MOVEMENT_RAD_S**2),
+            ("pi", math.pi),
         ):
             self.register_buffer(name, torch.tensor(value, dtype=torch.float64))
         self.input_lags = model.structure.input_lags
@@ -105,10 +116,9 @@ class ExportedNarx(nn.Module):
             For `step`.
         """
         state = torch.zeros(self.state_size, dtype=torch.float64)
-        state[15] = float(self.start_up_samples)
         if initial_angles is not None:
             state[0:3] = initial_angles.to(torch.float64)
-            state[14] = 1.0
+            state[13] = 1.0
         return state
 
     @torch.jit.export
@@ -132,7 +142,7 @@ class ExportedNarx(nn.Module):
         rates = axis_rates.to(torch.float64)
         if not bool(torch.isfinite(rates).all()):
             return torch.full_like(rates, float("nan")), state
-        if bool(state[15] > 0.0):
+        if bool(state[11] < self.duration_s):
             return self.start_up_step(rates, state)
         return self.network_step(rates, state)
 
@@ -171,20 +181,28 @@ class ExportedNarx(nn.Module):
         angles, state : Tensor
             As from `step`.
         """
-        latest, leaky, latest_rates = state[0:3], state[3:6], state[6:9]
-        known = state[14:15]
+        latest, latest_rates, known = state[0:3], state[3:6], state[13:14]
         rates = axis_rates
         if self.coupled:
             rates = coupled_rates(axis_rates, latest + self.interval_s * latest_rates)
-        time = state[13:14] + self.interval_s
+        time = state[10:11] + self.interval_s
+        # summed in the package's order: movement counts or not by the last digit
+        square = axis_rates[0:1] ** 2 + axis_rates[1:2] ** 2 + axis_rates[2:3] ** 2
+        change = (square - state[12:13]) * self.interval_s
+        mean_square = state[12:13] + change / (self.movement_time_constant_s + self.interval_s)
+        in_movement = (mean_square > self.movement_square).to(state.dtype)
+        moving = state[11:12] + in_movement * self.interval_s
         leak = self.leak_rad_s + self.settling_gain / (time + self.settling_s)
-        change = 0.5 * self.interval_s * (rates + latest_rates)
-        leaky = (leaky + change) / (1.0 + self.interval_s * leak)
-        angles = known * (latest + change) + (1.0 - known) * leaky
-        averaged = (time > self.averaging_from_s).to(state.dtype)
-        posture_sum = state[9:12] + averaged * (angles - leaky)
-        posture_count = state[12:13] + averaged
-        posture = known * posture_sum / torch.clamp(posture_count, min=1.0)
+        damping = 1.0 + (1.0 - known) * self.interval_s * leak
+        angles = (latest + 0.5 * self.interval_s * (rates + latest_rates)) / damping
+        into = moving - (self.duration_s - self.averaging_s)
+        averaged = (into > 0.0) & (into < self.averaging_s)
+        hann = torch.sin(self.pi * into / self.averaging_s) ** 2
+        weight = torch.where(averaged, hann, torch.zeros_like(hann))
+        posture_sum = state[6:9] + weight * angles
+        posture_weight = state[9:10] + weight
+        nonzero = torch.where(posture_weight > 0.0, posture_weight, torch.ones_like(posture_weight))
+        posture = known * posture_sum / nonzero
         deviation = angles - posture
         earlier = deviation - self.interval_s * rates
         network = [(rates - self.cell.rate_offset) / self.cell.rate_scale] * (self.input_lags - 1)
@@ -194,7 +212,7 @@ class ExportedNarx(nn.Module):
         )
         new_state = torch.cat(
             [
-                angles, leaky, rates, posture_sum, posture_count, time, known, state[15:16] - 1.0,
+                angles, rates, posture_sum, posture_weight, time, moving, mean_square, known,
                 posture, torch.stack(network, dim=-1).reshape(-1),
             ]
         )  # fmt: skip
@@ -214,8 +232,8 @@ class ExportedNarx(nn.Module):
         angles, state : Tensor
             As from `step`.
         """
-        angles, network = self.cell(axis_rates, state[19:].reshape(3, -1), state[16:19])
-        return angles, torch.cat([state[:19], network.reshape(-1)])
+        angles, network = self.cell(axis_rates, state[17:].reshape(3, -1), state[14:17])
+        return angles, torch.cat([state[:17], network.reshape(-1)])
 
 
 class StepGraph(nn.Module):
@@ -249,7 +267,7 @@ class StepGraph(nn.Module):
         rates = torch.where(there, axis_rates, torch.zeros_like(axis_rates))
         first_angles, first_state = self.narx.start_up_step(rates, state)
         later_angles, later_state = self.narx.network_step(rates, state)
-        starting = state[_LEFT] > 0.0
+        starting = state[MOVING_S] < self.narx.duration_s
         angles = torch.where(starting, first_angles, later_angles)
         new_state = torch.where(starting, first_state, later_state)
         nothing = torch.full_like(angles, float("nan"))
@@ -275,5 +293,5 @@ def description(narx: ExportedNarx) -> dict[str, object]:
         "axis_rates_unit": "rad/s",
         "angles_unit": "rad",
         "start_state": narx.start().tolist(),
-        "known_start": "put the three start angles into state[0:3] and 1 into state[14]",
+        "known_start": "put the three start angles into state[0:3] and 1 into state[13]",
     }

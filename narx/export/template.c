@@ -8,7 +8,11 @@
 #define LEAK_RAD_S ${leak_rad_s}
 #define SETTLING_GAIN ${settling_gain}
 #define SETTLING_S ${settling_s}
-#define AVERAGED_SAMPLES ${averaged_samples}UL /* last ones of the start-up */
+#define DURATION_S ${duration_s} /* in movement */
+#define AVERAGING_S ${averaging_s}
+#define MOVEMENT_TIME_CONSTANT_S ${movement_time_constant_s}
+#define MOVEMENT_SQUARE ${movement_square}
+#define PI ${pi}
 #define SMALLEST_COS_FRONTAL ${smallest_cos_frontal}
 #define COUPLED ${coupled} /* rates become those of the angles by the tilt so far */
 
@@ -52,8 +56,8 @@ static void hand_over(narx_state *state)
         narx_real *const network = state->network[axis];
         const narx_real rate = state->rates[axis];
         narx_real deviation;
-        if (state->known && state->samples_averaged > 0)
-            state->posture[axis] = state->posture_sum[axis] / (narx_real)state->samples_averaged;
+        if (state->known && state->posture_weight > 0)
+            state->posture[axis] = state->posture_sum[axis] / state->posture_weight;
         deviation = state->angles[axis] - state->posture[axis];
         for (k = 0; k < PAST_INPUTS; k++)
             network[k] = (rate - RATE_OFFSET) / RATE_SCALE;
@@ -63,13 +67,30 @@ static void hand_over(narx_state *state)
     }
 }
 
+/* Counts movement; returns the weight of this sample in the posture. */
+static narx_real movement(narx_state *state, const narx_real axis_rates[3])
+{
+    const narx_real square = axis_rates[0] * axis_rates[0] + axis_rates[1] * axis_rates[1] +
+                             axis_rates[2] * axis_rates[2];
+    narx_real into, half;
+    state->mean_square +=
+        (square - state->mean_square) * INTERVAL_S / (MOVEMENT_TIME_CONSTANT_S + INTERVAL_S);
+    if (state->mean_square > MOVEMENT_SQUARE)
+        state->moving_left--;
+    into = (narx_real)(NARX_MOVING_SAMPLES - state->moving_left) * INTERVAL_S;
+    into -= DURATION_S - AVERAGING_S;
+    if (into <= 0 || into >= AVERAGING_S)
+        return 0;
+    half = sin${f}(PI * into / AVERAGING_S);
+    return half * half;
+}
+
 static void start_up_step(narx_state *state, const narx_real axis_rates[3])
 {
-    const unsigned long taken = NARX_START_UP_SAMPLES - state->samples_left + 1;
-    const narx_real time_s = (narx_real)taken * INTERVAL_S;
-    const narx_real damping =
-        1 + INTERVAL_S * (LEAK_RAD_S + SETTLING_GAIN / (time_s + SETTLING_S));
-    const int averaged = state->samples_left <= AVERAGED_SAMPLES;
+    const narx_real time_s = (narx_real)++state->samples * INTERVAL_S;
+    const narx_real leak = LEAK_RAD_S + SETTLING_GAIN / (time_s + SETTLING_S);
+    const narx_real damping = state->known ? 1 : 1 + INTERVAL_S * leak;
+    const narx_real weight = movement(state, axis_rates);
     narx_real tilt[2], rates[3];
     int axis;
     for (axis = 0; axis < 2; axis++)
@@ -77,14 +98,12 @@ static void start_up_step(narx_state *state, const narx_real axis_rates[3])
     rates_of_angles(axis_rates, tilt, rates);
     for (axis = 0; axis < 3; axis++) {
         const narx_real change = INTERVAL_S * (rates[axis] + state->rates[axis]) / 2;
-        state->leaky[axis] = (state->leaky[axis] + change) / damping;
-        state->angles[axis] = state->known ? state->angles[axis] + change : state->leaky[axis];
+        state->angles[axis] = (state->angles[axis] + change) / damping;
         state->rates[axis] = rates[axis];
-        if (averaged)
-            state->posture_sum[axis] += state->angles[axis] - state->leaky[axis];
+        state->posture_sum[axis] += weight * state->angles[axis];
     }
-    state->samples_averaged += averaged ? 1 : 0;
-    if (--state->samples_left == 0)
+    state->posture_weight += weight;
+    if (state->moving_left == 0)
         hand_over(state);
 }
 
@@ -120,7 +139,7 @@ static void network_step(narx_state *state, const narx_real axis_rates[3])
 void narx_start(narx_state *state, const narx_real *initial_angles)
 {
     memset(state, 0, sizeof *state);
-    state->samples_left = NARX_START_UP_SAMPLES;
+    state->moving_left = NARX_MOVING_SAMPLES;
     if (initial_angles) {
         memcpy(state->angles, initial_angles, sizeof state->angles);
         state->known = 1;
@@ -136,7 +155,7 @@ void narx_step(narx_state *state, const narx_real axis_rates[3], narx_real angle
             return;
         }
     }
-    if (state->samples_left > 0)
+    if (state->moving_left > 0)
         start_up_step(state, axis_rates);
     else
         network_step(state, axis_rates);

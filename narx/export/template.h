@@ -21,18 +21,19 @@ extern "C" {
 typedef ${real} narx_real;
 
 #define NARX_SAMPLING_RATE_HZ ${sampling_rate_hz} /* samples must come at this rate */
-#define NARX_START_UP_SAMPLES ${start_up_samples}UL /* before the network takes over */
+#define NARX_MOVING_SAMPLES ${moving_samples}UL /* in movement, before the network takes over */
 #define NARX_NETWORK_STATE ${n_state}
 
 typedef struct {
     narx_real angles[3];      /* rad */
-    narx_real leaky[3];       /* the same with a leak, which a growing memory weakens, rad */
     narx_real rates[3];       /* latest rates of the angles, rad/s */
-    narx_real posture_sum[3]; /* over the end of the start-up, rad */
+    narx_real posture_sum[3]; /* weighted sum over the end of the start-up, rad */
+    narx_real posture_weight; /* sum of those weights */
+    narx_real mean_square;    /* of the rates over the latest second, rad^2/s^2 */
     narx_real posture[3];     /* angle about which the network swings, rad */
     narx_real network[3][NARX_NETWORK_STATE]; /* past inputs, then past outputs, newest first */
-    unsigned long samples_left;               /* of the start-up */
-    unsigned long samples_averaged;           /* in posture_sum */
+    unsigned long samples;                    /* since the start, while starting */
+    unsigned long moving_left;                /* samples in movement, left of the start-up */
     int known;                                /* whether the start pose was given */
 } narx_state;
 

@@ -13,7 +13,7 @@ from narx.normalisation import Normalisation
 from narx.start_up import StartUp
 from narx.structure import NarxStructure
 
-RATE_HZ = 50.0
+RATE_HZ = 25.0
 
 
 def make_checkpoint(
@@ -52,11 +52,6 @@ def checkpoint(request):
     return CHECKPOINTS[request.param]
 
 
-@pytest.fixture(params=STARTS)
-def initial_angles(request):
-    return STARTS[request.param]
-
-
 @pytest.fixture
 def own_scaling():
     return replace(CHECKPOINTS["default"], axis_scaling="own")
@@ -64,15 +59,20 @@ def own_scaling():
 
 @pytest.fixture(scope="session")
 def rates():
-    """Ten seconds, fast enough to tumble through 90 degrees, with missing samples."""
-    rates = np.random.default_rng(0).normal(scale=3.0, size=(500, 3))
-    rates[[40, 41, 300], :] = np.nan
-    rates[420, 1] = np.nan
+    """Stands, moves, stands, then tumbles through 90 degrees; with missing samples."""
+    size_rad_s = np.repeat([0.02, 1.0, 0.02, 3.0], [25, 13, 62, 65])
+    rates = size_rad_s[:, None] * np.random.default_rng(0).normal(size=(165, 3))
+    rates[[20, 21, 110], :] = np.nan
+    rates[150, 1] = np.nan
     return rates
 
 
 @pytest.fixture
-def expected(checkpoint, rates, initial_angles):
-    """The package's angles over the whole recording."""
-    signals = SegmentSignals("thigh", RATE_HZ, rates, np.zeros_like(rates), initial_angles)
-    return checkpoint.method().estimate(signals)
+def expected(checkpoint, rates):
+    """Each kind of start with the package's angles over the whole recording."""
+
+    def angles(start):
+        signals = SegmentSignals("thigh", RATE_HZ, rates, np.zeros_like(rates), start)
+        return checkpoint.method().estimate(signals)
+
+    return {name: (start, angles(start)) for name, start in STARTS.items()}

@@ -22,18 +22,34 @@ def run(step, state, rates):
 ATOL_RAD = 1e-8
 
 
-def test_whole_recording_equals_the_package(checkpoint, rates, initial_angles, expected):
-    angles = ExportedNarx(checkpoint)(torch.from_numpy(rates), tensor(initial_angles))
-    np.testing.assert_allclose(angles.numpy(), expected, atol=ATOL_RAD, rtol=0)
-    assert np.nanmax(np.abs(expected)) > 0.1
-
-
-def test_sample_by_sample_equals_whole_recording(checkpoint, rates, initial_angles):
+def test_whole_recording_and_sample_by_sample_equal_the_package(checkpoint, rates, expected):
     narx = ExportedNarx(checkpoint)
-    whole = narx(torch.from_numpy(rates), tensor(initial_angles)).numpy()
-    for step in (narx.step, StepGraph(narx)):
-        pieces = run(step, narx.start(tensor(initial_angles)), rates)
-        np.testing.assert_allclose(pieces, whole, atol=1e-13, rtol=0)
+    for start, angles in expected.values():
+        whole = narx(torch.from_numpy(rates), tensor(start)).numpy()
+        np.testing.assert_allclose(whole, angles, atol=ATOL_RAD, rtol=0)
+        assert np.nanmax(np.abs(whole)) > 0.1
+        for step in (narx.step, StepGraph(narx)):
+            pieces = run(step, narx.start(tensor(start)), rates)
+            np.testing.assert_allclose(pieces, whole, atol=1e-13, rtol=0)
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_the_network_takes_over_after_enough_movement_as_in_the_package(checkpoint, rates):
+    start_up = checkpoint.start_up
+    rates = rates[np.isfinite(rates).all(axis=1)]
+    start = start_up.begin(np.zeros(3))
+    taken = len(start_up.run(rates, 1 / 25.0, start))
+    assert start_up.duration_s < (taken - 25) / 25.0 < 5.0  # there was standing in between
+    narx = ExportedNarx(checkpoint)
+    state = narx.start(torch.zeros(3))
+    for sample in torch.from_numpy(rates[: taken + 1]):
+        before, state = state, narx.step(sample, state)[1]
+    # the start-up's part of the state is the package's, and stays once the network works
+    np.testing.assert_allclose(before[:14], start, atol=1e-12, rtol=0)
+    np.testing.assert_array_equal(state[:17], before[:17])
+    posture, *_ = start_up.hand_over(start, 1 / 25.0)
+    np.testing.assert_allclose(state[14:17], posture, atol=1e-12, rtol=0)
+    assert np.abs(posture).min() > 1e-3
 
 
 def test_sample_by_sample_equals_the_package_stream(checkpoint, rates):
