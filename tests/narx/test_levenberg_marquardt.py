@@ -70,21 +70,21 @@ def test_no_kept_step_raises_the_cost():
 def test_reaches_the_cost_of_scipy_from_the_same_start():
     inputs, targets = signals(300, noise=0.01)
     fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
-    starts = normal_starts(DEFAULT, 5, np.random.default_rng(1))
-    result = levenberg_marquardt(fit, starts, Options(Stopping(max_evaluations=600)))
-    theirs = [
-        least_squares(
+    # starts in one valley: from far away, chance decides which of many equal ones is met
+    rng = np.random.default_rng(1)
+    options = Options(Stopping(max_evaluations=600))
+    valley = levenberg_marquardt(fit, normal_starts(DEFAULT, 1, rng), options).weights
+    starts = valley * (1.0 + 0.2 * rng.standard_normal((3, 19)))
+    result = levenberg_marquardt(fit, starts, options)
+    for start, cost in zip(starts, result.cost, strict=True):
+        theirs = least_squares(
             lambda w: fit.residuals(w)[0],
             start,
             lambda w: fit.residuals(w)[1],
             method="lm",
             max_nfev=600,
-        ).cost
-        for start in starts
-    ]
-    # valleys of the noise differ by a few per mille; neither solver falls into worse ones by rule
-    assert (result.cost <= 1.01 * np.array(theirs)).all()
-    assert np.median(result.cost) <= 1.001 * np.median(theirs)
+        )
+        assert cost <= theirs.cost * (1.0 + 1e-3)
 
 
 def test_starts_are_trained_each_on_its_own():
