@@ -135,6 +135,7 @@ def _classical_methods(cfg: DictConfig) -> dict[str, OrientationMethod]:
 
 
 def _benchmark(cfg: DictConfig) -> None:
+    """Run a benchmark and leave its results, summary and figures in the run directory."""
     seed_everything(cfg.seed)
     directory = run_directory()
     report = instantiate(cfg.report)

@@ -145,9 +145,13 @@ def orientation_from_angles(angles_rad: ArrayLike) -> FloatArray:
     quaternion = np.full((len(angles), 4), np.nan)
     there = np.isfinite(angles).all(axis=1)
     if there.any():
-        sagittal, frontal, transverse = angles[there].T
-        euler = np.column_stack([transverse, -frontal, -sagittal])
-        quaternion[there] = Rotation.from_euler("ZXY", euler).as_quat(scalar_first=True)
+        # by hand: scipy takes five times as long, seconds for the minutes of a trial
+        half = 0.5 * angles[there].T * np.array([[-1.0], [-1.0], [1.0]])
+        (cy, cx, cz), (sy, sx, sz) = np.cos(half), np.sin(half)
+        w, x, y, z = cz * cx, cz * sx, sz * sx, sz * cx
+        quaternion[there] = np.stack(
+            [w * cy - y * sy, x * cy - z * sy, w * sy + y * cy, z * cy + x * sy], axis=-1
+        )
     return quaternion
 
 

@@ -195,3 +195,36 @@ def interval_table(results: pd.DataFrame, method: str = "narx", seed: int = 0) -
         dict.fromkeys(("RMSE", "95 % low", "95 % high"), 2),
         "Expanded percentile bootstrap over subjects.",
     )
+
+
+def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
+    """Put every cell of Tables 2 to 4 beside its printed RMSE.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        Columns of ``results.csv``, with knees among the segments.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row an axis, condition and method that observes the axis: ``bias_deg``,
+        ``precision_deg``, ``rmse_deg``, ``r``, means over subjects, and ``paper rmse_deg``, NaN
+        where there is none in print.
+
+    Raises
+    ------
+    UserError
+        If no knee is among the segments.
+    """
+    means = subject_means(_knees(results), ("axis", "condition", "method"))
+    numbers = ["bias_deg", "precision_deg", "rmse_deg", "r"]
+    cells = means.groupby(["axis", "condition", "method"], sort=False)[numbers].mean()
+    cells = cells.dropna(subset=["rmse_deg"]).reset_index()
+    printed = _printed()
+    paper = [
+        printed.get((row["axis"], row["condition"], row["method"]), {}).get("rmse_mean_deg")
+        for row in cells.to_dict("records")
+    ]
+    cells["paper rmse_deg"] = pd.Series(paper, index=cells.index, dtype=float)
+    return cells

@@ -1,0 +1,67 @@
+"""How many gait cycles a comparison rests on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from experiments.evaluated import Evaluated
+from narx.errors import UserError
+from narx.gait_phases import gait_phases
+from narx.method import SegmentSignals
+from narx.recording import Trial, side_of
+from narx.segment_angles import SAGITTAL
+
+
+@dataclass(frozen=True)
+class GaitCycles:
+    """Cycles of one leg in one trial.
+
+    Parameters
+    ----------
+    compared : int
+        From one foot contact to the next, within what is scored.
+    complete : int
+        Those of them in which the reference misses no sample.
+    """
+
+    compared: int
+    complete: int
+
+
+def gait_cycles(trial: Trial, joint: Evaluated, thigh: SegmentSignals) -> GaitCycles:
+    """Count the gait cycles of one leg.
+
+    Parameters
+    ----------
+    trial : Trial
+        Knows the foot contacts, if it is simulated.
+    joint : Evaluated
+        A knee of that trial.
+    thigh : SegmentSignals
+        Thigh of the same leg, in whose gyroscope the contacts are found where the trial does not
+        know them.
+
+    Returns
+    -------
+    GaitCycles
+        None where no walking is found.
+    """
+    contacts_s = trial.events.get(f"heel_strike_{side_of(joint.segment)}")
+    if contacts_s is not None:
+        contacts_s = np.asarray(contacts_s) - float(trial.time_s[0])
+    else:
+        try:
+            found = gait_phases(thigh.axis_rates_rad_s[:, SAGITTAL], thigh.sampling_rate_hz)
+        except UserError:
+            return GaitCycles(0, 0)
+        contacts_s = found.times_s["b"][np.isfinite(found.times_s["b"])]
+    edges = np.searchsorted(joint.time_s, contacts_s)
+    edges = edges[edges < len(joint.time_s)]
+    scored = _all_between(joint.scored, edges)
+    there = _all_between(np.isfinite(joint.reference_rad[:, SAGITTAL]), edges)
+    return GaitCycles(int(scored.sum()), int((scored & there).sum()))
+
+
+def _all_between(flags: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    so_far = np.concatenate([[0], np.cumsum(flags)])
+    return np.diff(so_far[edges]) == np.diff(edges)

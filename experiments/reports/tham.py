@@ -1,0 +1,191 @@
+"""Tham et al.: the knee's three angles by NARX, at three speeds, for minutes."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from omegaconf import DictConfig
+
+from experiments.estimation import Refusal
+from experiments.evaluated import Evaluated
+from experiments.figures.bland_altman import bland_altman
+from experiments.figures.drift import error_over_time
+from experiments.figures.spectrum import spectrum
+from experiments.figures.waveforms import first_and_last_minute, waveforms
+from experiments.gait_cycles import gait_cycles
+from experiments.gathered import Gathered
+from experiments.published import published
+from experiments.reports import tham_wording
+from experiments.reports.generic import comparison_sections, walking_gyroscope
+from experiments.reports.report import Report, Section
+from experiments.tables.subjects import condition_order
+from experiments.tables.table import Table
+from experiments.tables.tham import comparison_with_print, interval_table, tham_tables
+from narx.calibration import CalibratedSegment
+from narx.method import OrientationMethod
+from narx.recording import Trial, side_of
+from narx.simulation.body import body_of
+from narx.spectrum import hidden_neurons
+
+
+class ThamReport(Report):
+    """Tables 1 to 4, intervals and gait cycles; Fig. 3, 6 and 7.
+
+    Parameters
+    ----------
+    skip_s : float
+        Start of a trial that does not go into the spectrum of Fig. 3, s.
+    """
+
+    expects = "a knee: thigh and shank of one leg, with a reference"
+
+    def __init__(self, skip_s: float = 5.0) -> None:
+        self.skip_s = skip_s
+        self._gyroscope: tuple[str, np.ndarray, float] | None = None
+        self._cycles: Counter[tuple[str, str]] = Counter()
+
+    def observe(
+        self,
+        trial: Trial,
+        calibrated: Mapping[str, CalibratedSegment],
+        methods: Mapping[str, OrientationMethod],
+        evaluated: Sequence[Evaluated],
+    ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
+        """Count the gait cycles of every knee; a trial without a knee is left out.
+
+        Parameters
+        ----------
+        trial : Trial
+            The trial.
+        calibrated : mapping of str to CalibratedSegment
+            Its segments.
+        methods : mapping of str to OrientationMethod
+            Those that ran, by name.
+        evaluated : sequence of Evaluated
+            Angles of segments and joints.
+
+        Returns
+        -------
+        evaluated : sequence of Evaluated
+            The same, if there is a knee.
+        refusals : sequence of Refusal
+            Why not, if there is none.
+        """
+        knees = [one for one in evaluated if one.segment.startswith("knee")]
+        if not knees:
+            found = ", ".join(calibrated)
+            return (), [Refusal(trial.name, found, "knee angle", f"no knee among {found}")]
+        for knee in knees:
+            thigh = calibrated[knee.segment.replace("knee", "thigh")].signals
+            cycles = gait_cycles(trial, knee, thigh)
+            self._cycles[trial.condition, "compared"] += cycles.compared
+            self._cycles[trial.condition, "complete"] += cycles.complete
+            if side_of(knee.segment) == "right":
+                self._cycles[trial.condition, "right"] += cycles.compared
+        if self._gyroscope is None:
+            self._gyroscope = walking_gyroscope(trial, calibrated, self.skip_s)
+        return evaluated, ()
+
+    def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
+        """Write Tables 1 to 4, intervals, cycles and what sets them apart from print.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            The benchmark's configuration.
+        gathered : Gathered
+            Its results.
+
+        Returns
+        -------
+        list of str or Table
+            Paragraphs and tables.
+        """
+        results = gathered.results
+        skip_s = float(cfg.evaluation.skip_s)
+        simulated = set(results["dataset"]) == {"simulated_gait"}
+        sections: list[Section] = [
+            f"Scored from {skip_s:g} s after the start of each trial on, without samples whose "
+            "markers were hidden; error = reference - estimate.",
+            *tham_tables(results, skip_s, _subjects(cfg, results)),
+        ]
+        if "narx" in set(results["method"]):
+            sections.append(interval_table(results, seed=cfg.seed))
+        sections.append(self._cycle_table())
+        if self._gyroscope is not None:
+            title, rate_rad_s, rate_hz = self._gyroscope
+            sections.append(
+                tham_wording.about_components(hidden_neurons(rate_rad_s, rate_hz), title)
+            )
+        sections += tham_wording.against_print(comparison_with_print(results), cfg, simulated)
+        return sections + comparison_sections(cfg, gathered)
+
+    def _cycle_table(self) -> Table:
+        text = published("tham_text").set_index("quantity")["value"].astype(float)
+        conditions = condition_order({condition for condition, _ in self._cycles})
+        rows = [
+            {
+                "Speed": condition.capitalize(),
+                "cycles compared": self._cycles[condition, "compared"],
+                "of the right leg": self._cycles[condition, "right"],
+                "without a hidden marker": self._cycles[condition, "complete"],
+                "paper": text.get(f"cycles_{condition}"),
+            }
+            for condition in conditions
+        ]
+        frame = pd.DataFrame(rows).set_index("Speed")
+        frame.loc["Total"] = frame.sum(min_count=1)
+        frame.loc["Total", "paper"] = text["cycles_total"]
+        return Table(
+            "Gait cycles compared",
+            frame.astype("Int64"),
+            note="From one contact of a foot to its next, both legs; print does not say whether "
+            "its count is of one leg or of both.",
+        )
+
+    def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
+        """Draw Fig. 3, 6 and 7, and the error over time.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            The benchmark's configuration.
+        gathered : Gathered
+            Its results.
+
+        Returns
+        -------
+        dict of str to matplotlib.figure.Figure
+            By file name without suffix; Fig. 7 of every method that was compared.
+        """
+        figures: dict[str, Figure] = {}
+        if self._gyroscope is not None:
+            title, rate_rad_s, rate_hz = self._gyroscope
+            figures["figure_3_spectrum"] = spectrum(rate_rad_s, rate_hz, title=title)
+        knees = [one for one in gathered.evaluated if one.segment.startswith("knee")]
+        shown = next((one for one in knees if one.condition == "normal"), knees[0])
+        figures["figure_6_knee_angle"] = waveforms(
+            first_and_last_minute(shown), title=shown.name.replace("/", ", ")
+        )
+        for method in cfg.methods:
+            if any(method in one.estimates_rad for one in knees):
+                figures[f"figure_7_bland_altman_{method}"] = bland_altman(knees, method)
+        figures["error_over_time"] = error_over_time(knees)
+        return figures
+
+
+def _subjects(cfg: DictConfig, results: pd.DataFrame) -> list[dict[str, object]]:
+    """Who walked: bodies of virtual walkers; sex and age of those that are modelled on print."""
+    printed = published("tham_table_1").set_index("subject")
+    people = []
+    for subject in results["subject"].unique():
+        person: dict[str, object] = {"subject": subject}
+        if set(results["dataset"]) == {"simulated_gait"}:
+            body = body_of(subject, int(cfg.data.simulated_gait.seed))
+            person |= {"height_m": body.height_m, "mass_kg": body.mass_kg}
+            if subject in printed.index:
+                person |= printed.loc[subject, ["gender", "age_years"]].to_dict()
+        people.append(person)
+    return people

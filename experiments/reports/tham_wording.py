@@ -1,0 +1,127 @@
+"""What is said of Tables 2 to 4 of Tham et al.: sentences that follow from the figures."""
+
+import pandas as pd
+from omegaconf import DictConfig
+
+from experiments.method_labels import method_label
+from experiments.reports.report import Section
+from narx.segment_angles import AXES
+
+# beyond this an error is a method that lost its way
+_RUNAWAY_DEG = 30.0
+
+
+def about_components(count: int, where: str) -> str:
+    """Say how many components Fig. 3 counts.
+
+    Parameters
+    ----------
+    count : int
+        Major components up to 98 % of the power.
+    where : str
+        Whose gyroscope.
+
+    Returns
+    -------
+    str
+        One sentence, with print's three beside.
+    """
+    return (
+        f"Fig. 3: {count} components hold 98 % of the power of the sagittal gyroscope ({where}); "
+        "print counts 3 and gives the network as many hidden neurons (`model.hidden=auto` does)."
+    )
+
+
+def against_print(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list[Section]:
+    """Say where and why the figures differ from print.
+
+    Parameters
+    ----------
+    cells : pandas.DataFrame
+        From `experiments.tables.tham.comparison_with_print`.
+    cfg : omegaconf.DictConfig
+        The benchmark's configuration.
+    simulated : bool
+        Whether the walkers are virtual.
+
+    Returns
+    -------
+    list of str
+        Paragraphs.
+    """
+    paragraphs: list[Section] = ["**Where and why these figures differ from print.**"]
+    rmse = cells.pivot_table(index=["axis", "condition"], columns="method", values="rmse_deg")
+    rmse = rmse.reindex([key for key in rmse.index if key[0] in AXES])
+    if "narx" in rmse and rmse.shape[1] > 1:
+        paragraphs.append(_about_narx(rmse, cells, cfg))
+    known = cells[cells["method"] == "pseudo_integrator"]
+    if len(known):
+        paragraphs.append(_about_pseudo_integrator(known))
+    known = cells[cells["method"] == "complementary_filter"]
+    if len(known):
+        paragraphs.append(_about_complementary_filter(known))
+    if "gyro_integration" in rmse and rmse["gyro_integration"].max() > _RUNAWAY_DEG:
+        paragraphs.append(
+            "Plain integration, which print does not tabulate, ran away (RMSE up to "
+            f"{rmse['gyro_integration'].max():.0f}°): three integrals that do not know of each "
+            "other drift even without any bias, and knee angles are principal values, so what is "
+            "lost altogether comes out near 100° rather than ever larger."
+        )
+    if simulated:
+        paragraphs.append(_ABOUT_SIMULATION)
+    return paragraphs
+
+
+def _about_narx(rmse: pd.DataFrame, cells: pd.DataFrame, cfg: DictConfig) -> str:
+    others = [str(name) for name in rmse.columns if name != "narx"]
+    best = int((rmse["narx"] < rmse[others].min(axis=1)).sum())
+    lines = [f"NARX has the lowest RMSE in {best} of {len(rmse)} planes and speeds (print: all 9)."]
+    for name in others:
+        lower = [" ".join(map(str, key)) for key in rmse.index[rmse[name] < rmse["narx"]]]
+        if lower:
+            lines.append(f"{method_label(name)} is below it in {', '.join(lower)}.")
+    mine = cells[(cells["method"] == "narx") & cells["paper rmse_deg"].notna()]
+    if len(mine):
+        below = int((mine["rmse_deg"] < mine["paper rmse_deg"]).sum())
+        lines.append(f"Its RMSE is below the printed one in {below} of {len(mine)}.")
+    if cfg.model.odd and cfg.model.coupled:
+        lines.append(
+            "This network is not the printed one: it is an odd function, fed with rates that are "
+            "coupled by the tilt estimated so far, and starts from the posture it finds "
+            "(docs/methods); `model=tham_literal` is the printed one."
+        )
+    else:
+        lines.append("`model=coupled` is the package's own network.")
+    return " ".join(lines)
+
+
+def _about_pseudo_integrator(mine: pd.DataFrame) -> str:
+    bias = mine.groupby("axis")["bias_deg"].mean()
+    precision = mine.groupby("axis")["precision_deg"].mean()
+    figures = ", ".join(
+        f"{axis} {bias[axis]:+.1f} ± {precision[axis]:.1f}°" for axis in AXES if axis in bias
+    )
+    return (
+        f"PI passes no constant: it gives every angle a mean of zero, so the mean angle of the "
+        f"knee is its bias (bias ± precision over speeds: {figures}). Print has a bias of no more "
+        "than 4.8° and does not say how the mean came back; its precision compares."
+    )
+
+
+def _about_complementary_filter(mine: pd.DataFrame) -> str:
+    frontal = mine[mine["axis"] == "frontal"]
+    return (
+        "CF has no transverse angle. Its frontal correlation is "
+        f"{frontal['r'].min():.2f} to {frontal['r'].max():.2f} (print: 0.94 to 0.96): it "
+        "integrates the frontal axis by itself, and what a turn about the other two does to a "
+        "tilted segment is left to the accelerometer to take off."
+    )
+
+
+_ABOUT_SIMULATION = (
+    "The walkers are virtual (docs/simulator.md): heights and masses of Table 1, joint angles "
+    "from normative curves, sensors and markers on soft tissue that moves in its own ways, "
+    "functional calibration with its errors. Beside its flexion a knee moves little in the frontal "
+    "and transverse plane, little enough for calibration and soft tissue to make up much of it, so "
+    "correlations are lowest there. docs/experiments.md has the figures without these errors."
+)
