@@ -134,25 +134,38 @@ def propagate(rows: Any, feedback: Any, start: int, stop: int, shape: Any, lanes
     n_out, width = len(shape[3]), len(lanes)
     first = head(n_out, width)
     for i in range(0, rows.shape[0], 4):  # four rows hide each other's latency
+        # the last two stay in registers: a round trip through memory takes longer than a step
         before = first + (start - 1) * width
         s0 = load(lanes, rows, (i, before))
         s1 = load(lanes, rows, (i + 1, before))
         s2 = load(lanes, rows, (i + 2, before))
         s3 = load(lanes, rows, (i + 3, before))
+        before = before - (width if n_out > 1 else 0)
+        r0 = load(lanes, rows, (i, before))
+        r1 = load(lanes, rows, (i + 1, before))
+        r2 = load(lanes, rows, (i + 2, before))
+        r3 = load(lanes, rows, (i + 3, before))
         for t in range(start, stop):
             at = first + t * width
             g0 = load(lanes, rows, (i, at))
             g1 = load(lanes, rows, (i + 1, at))
             g2 = load(lanes, rows, (i + 2, at))
             g3 = load(lanes, rows, (i + 3, at))
-            for m in range(n_out - 1, 0, -1):
+            for m in range(n_out - 1, 1, -1):
                 a = load(lanes, feedback, (m, t * width))
                 lag = at - (m + 1) * width
                 g0 = g0 + a * load(lanes, rows, (i, lag))
                 g1 = g1 + a * load(lanes, rows, (i + 1, lag))
                 g2 = g2 + a * load(lanes, rows, (i + 2, lag))
                 g3 = g3 + a * load(lanes, rows, (i + 3, lag))
+            if n_out > 1:
+                a = load(lanes, feedback, (1, t * width))
+                g0 = g0 + a * r0
+                g1 = g1 + a * r1
+                g2 = g2 + a * r2
+                g3 = g3 + a * r3
             a = load(lanes, feedback, (0, t * width))
+            r0, r1, r2, r3 = s0, s1, s2, s3
             s0 = g0 + a * s0
             s1 = g1 + a * s1
             s2 = g2 + a * s2
