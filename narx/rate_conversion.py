@@ -28,20 +28,28 @@ class RateConversion:
     def __init__(
         self, rates_rad_s: FloatArray, recording_rate_hz: float, network_rate_hz: float
     ) -> None:
-        self._time_s = np.arange(len(rates_rad_s)) / recording_rate_hz
-        self._integral = np.zeros(np.shape(rates_rad_s))
-        n_network = 0
-        if len(rates_rad_s):
-            self._integral[1:] = cumulative_trapezoid(
-                rates_rad_s, dx=1.0 / recording_rate_hz, axis=0
-            )
-            n_network = int(np.floor(self._time_s[-1] * network_rate_hz + 1e-9)) + 1
+        rates = np.asarray(rates_rad_s, dtype=np.float64)
+        half_s = 0.5 / network_rate_hz
+        self._time_s = np.arange(len(rates)) / recording_rate_hz
+        self._integral = np.zeros(rates.shape)
+        self._network_time_s: FloatArray = np.empty(0)
+        self._network_integral = self.network_rates_rad_s = np.empty_like(rates)
+        if not len(rates):
+            return
+        self._integral[1:] = cumulative_trapezoid(rates, dx=1.0 / recording_rate_hz, axis=0)
+        n_network = int(np.floor(self._time_s[-1] * network_rate_hz + 1e-9)) + 1
         self._network_time_s = np.arange(n_network) / network_rate_hz
-        self._network_integral = _interpolate(self._network_time_s, self._time_s, self._integral)
-        # mean rate between two ticks of the network: what turned in between is kept exactly
-        self.network_rates_rad_s = np.concatenate(
-            [rates_rad_s[:1], np.diff(self._network_integral, axis=0) * network_rate_hz]
+        # beyond the recording's ends the rate stays what it was there
+        time_s = np.concatenate([[-half_s], self._time_s, [self._time_s[-1] + half_s]])
+        integral = np.concatenate(
+            [-half_s * rates[:1], self._integral, self._integral[-1:] + half_s * rates[-1:]]
         )
+        self._network_integral = _interpolate(self._network_time_s, time_s, integral)
+        # mean rate from half a tick before to half a tick after: nothing that turned is lost, and
+        # the network, which joins samples as by trapezoids, is not fed half a sample late
+        edges_s = (np.arange(n_network + 1) - 0.5) / network_rate_hz
+        between = _interpolate(edges_s, time_s, integral)
+        self.network_rates_rad_s = np.diff(between, axis=0) * network_rate_hz
 
     def to_recording(self, angles_rad: FloatArray) -> FloatArray:
         """Bring the network's angles back to the recording's clock.
@@ -64,8 +72,6 @@ class RateConversion:
 
 
 def _interpolate(wanted_s: FloatArray, time_s: FloatArray, values: FloatArray) -> FloatArray:
-    if not len(time_s):
-        return np.empty((len(wanted_s), values.shape[1]))
     return np.stack(
         [np.interp(wanted_s, time_s, values[:, c]) for c in range(values.shape[1])], axis=1
     )
