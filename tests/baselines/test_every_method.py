@@ -7,11 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 
 from baselines import METHODS, make_method
 from narx.errors import MethodNotApplicableError
+from narx.initial_weights import leaky_integrator_weights
 from narx.method import OrientationMethod, SegmentSignals
+from narx.model import Narx
+from narx.network_method import NarxMethod
+from narx.normalisation import Normalisation
 from narx.recording import GRAVITY_M_S2
+from narx.start_up import StartUp
 
 RATES_HZ = (100.0, 200.0, 500.0)
 
@@ -44,6 +50,14 @@ class Case:
 
     def __str__(self):
         return "-".join([self.name, *(f"{k}={v}" for k, v in self.parameters.items())])
+
+
+def narx(network_rate_hz=100.0, coupled=True, start_up_s=6.0):
+    """The network that training starts from; at other rates it goes through the conversion."""
+    model = Narx(network_rate_hz, Normalisation(2.0, 0.25), coupled=coupled)
+    with torch.no_grad():
+        model.weights.copy_(torch.from_numpy(leaky_integrator_weights(model)))
+    return NarxMethod(model, StartUp(duration_s=start_up_s, averaging_s=start_up_s / 2))
 
 
 DRIFTS = 60.0 + 0.1  # 120 s of 0.5 deg/s
@@ -103,6 +117,33 @@ CASES = [
     Case("vqf", {"offline": True}, rate_tolerance=0.8),
     Case("madgwick", rate_tolerance=1.5),
     Case("mahony", rate_tolerance=0.8),
+    # a known start is integrated until there is movement, so at rest its bias is as well
+    *(
+        Case(
+            "narx",
+            parameters,
+            rate_tolerance=0.05,
+            bias_error=2 * DRIFTS,
+            tilt_at_rest=False,
+            turn_tolerance=tolerance,
+            make=narx,
+        )
+        for parameters, tolerance in (
+            ({}, 5.0),
+            ({"network_rate_hz": 50.0}, 5.0),
+            ({"network_rate_hz": 500.0}, 5.0),
+            ({"coupled": False}, None),
+        )
+    ),
+    Case(
+        "narx",
+        {"start_up_s": 0.0},
+        rate_tolerance=0.05,
+        bias_error=4.0,
+        tilt_at_rest=False,
+        turn_tolerance=5.0,
+        make=narx,
+    ),
 ]
 
 LIBRARIES = {"vqf": "vqf", "madgwick": "ahrs", "mahony": "ahrs"}
