@@ -32,7 +32,7 @@ class RateConversion:
         half_s = 0.5 / network_rate_hz
         self._time_s = np.arange(len(rates)) / recording_rate_hz
         self._integral = np.zeros(rates.shape)
-        self._network_time_s: FloatArray = np.empty(0)
+        self._network_time_s = np.empty(0)
         self._network_integral = self.network_rates_rad_s = np.empty_like(rates)
         if not len(rates):
             return
@@ -47,7 +47,7 @@ class RateConversion:
         self._network_integral = _interpolate(self._network_time_s, time_s, integral)
         # mean rate from half a tick before to half a tick after: nothing that turned is lost, and
         # the network, which joins samples as by trapezoids, is not fed half a sample late
-        edges_s = (np.arange(n_network + 1) - 0.5) / network_rate_hz
+        edges_s = (np.arange(n_network + 1, dtype=np.float64) - 0.5) / network_rate_hz
         between = _interpolate(edges_s, time_s, integral)
         self.network_rates_rad_s = np.diff(between, axis=0) * network_rate_hz
 
