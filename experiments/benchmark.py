@@ -80,7 +80,7 @@ def run(
                 trial, calibrated, methods, part, cfg.evaluation.skip_s
             )
             scored, further = report.observe(trial, calibrated, methods, evaluated)
-            gathered.refusals += [*refusals, *further]
+            gathered.refusals += [*further, *refusals]
             for one in scored:
                 all_rows += rows(one)
             # hours at 500 Hz would not stay in memory: figures get a thinned copy

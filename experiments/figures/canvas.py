@@ -2,7 +2,7 @@
 
 import functools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, ParamSpec
 
 import numpy as np
@@ -108,9 +108,17 @@ def legend_below(figure: Figure, axes: Axes) -> None:
     if not labels:
         return
     # constrained layout makes room below a legend, but none beside it
-    column = _HANDLE_INCHES + _LETTER_INCHES * max(len(label) for label in labels)
-    columns = max(1, min(len(labels), 6, int(figure.get_figwidth() / column)))
+    columns = next(
+        (n for n in range(len(labels), 1, -1) if _width(labels, n) <= figure.get_figwidth()), 1
+    )
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+def _width(labels: Sequence[str], columns: int) -> float:
+    """Width in inches of a legend that is filled column by column."""
+    rows = -(-len(labels) // columns)
+    longest = [max(map(len, labels[k : k + rows])) for k in range(0, len(labels), rows)]
+    return len(longest) * _HANDLE_INCHES + sum(longest) * _LETTER_INCHES
 
 
 def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:

@@ -43,7 +43,7 @@ class ThamReport(Report):
 
     def __init__(self, skip_s: float = 5.0) -> None:
         self.skip_s = skip_s
-        self._gyroscope: tuple[str, np.ndarray, float] | None = None
+        self._gyroscopes: dict[str, tuple[str, np.ndarray, float]] = {}
         self._cycles: Counter[tuple[str, str]] = Counter()
 
     def observe(
@@ -84,9 +84,17 @@ class ThamReport(Report):
             self._cycles[trial.condition, "complete"] += cycles.complete
             if side_of(knee.segment) == "right":
                 self._cycles[trial.condition, "right"] += cycles.compared
-        if self._gyroscope is None:
-            self._gyroscope = walking_gyroscope(trial, calibrated, self.skip_s)
+        if trial.condition not in self._gyroscopes:
+            gyroscope = walking_gyroscope(trial, calibrated, self.skip_s)
+            if gyroscope is not None:
+                self._gyroscopes[trial.condition] = gyroscope
         return evaluated, ()
+
+    @property
+    def _gyroscope(self) -> tuple[str, np.ndarray, float] | None:
+        """Of a walk at normal speed, if there is one."""
+        any_speed = next(iter(self._gyroscopes.values()), None)
+        return self._gyroscopes.get("normal", any_speed)
 
     def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
         """Write Tables 1 to 4, intervals, cycles and what sets them apart from print.

@@ -3,7 +3,7 @@ import pytest
 
 from experiments.evaluated import rows
 from experiments.results import results_table
-from experiments.tables.han import han_tables
+from experiments.tables.han import comparison_with_print, han_tables
 from narx.errors import UserError
 
 
@@ -47,3 +47,20 @@ def test_figures_by_hand(results):
 def test_without_thigh_and_shank_it_says_so(results):
     with pytest.raises(UserError, match="results hold knee_left, expected one of these"):
         han_tables(results[results["segment"] == "knee_left"])
+
+
+def test_columns_beside_print(results):
+    frame = comparison_with_print(results)
+    assert len(frame) == 6
+    chosen = results[
+        (results["method"] == "two_point")
+        & results["segment"].str.startswith("thigh")
+        & (results["axis"] == "transverse")
+    ]
+    np.testing.assert_allclose(
+        frame.loc[("transverse", "thigh"), "two_point"], chosen["rmse_deg"].mean()
+    )
+    assert frame.loc[("transverse", "thigh"), "paper two_point"] == 3.894
+    assert frame.loc[("frontal", "shank"), "paper gyro_integration"] == 29.76
+    without = comparison_with_print(results[results["method"] == "narx"])
+    assert without[["two_point", "gyro_integration"]].isna().all(axis=None)

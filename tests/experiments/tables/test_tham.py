@@ -4,7 +4,12 @@ import pytest
 from experiments.evaluated import rows
 from experiments.published import published
 from experiments.results import results_table
-from experiments.tables.tham import demographics_table, interval_table, tham_tables
+from experiments.tables.tham import (
+    comparison_with_print,
+    demographics_table,
+    interval_table,
+    tham_tables,
+)
 from narx.errors import UserError
 
 
@@ -88,3 +93,14 @@ def test_interval_table(results):
     assert row["paper RMSE"] == 2.7
     # one degree of noise on both segments is below print
     assert row["interval below"]
+
+
+def test_cells_beside_print(results):
+    cells = comparison_with_print(results)
+    keys = list(zip(cells["axis"], cells["condition"], cells["method"], strict=True))
+    # three planes and speeds of two methods, and two planes of one that does not see the third
+    assert len(keys) == len(set(keys)) == 3 * 3 * 2 + 2 * 3
+    cell = cells.iloc[keys.index(("frontal", "fast", "narx"))]
+    table = tham_tables(results, 5.0)[1].frame
+    np.testing.assert_allclose(cell["rmse_deg"], table.loc[("Fast", "NARX"), "RMSE mean"])
+    assert cell["paper rmse_deg"] == 2.9
