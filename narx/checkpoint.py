@@ -98,13 +98,15 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
         model = Narx.from_config(content["model"])
         with torch.no_grad():
             model.weights.copy_(content["weights"])
-        return Checkpoint(
+        checkpoint = Checkpoint(
             model,
             StartUp(**content["start_up"]),
             content["axis_scaling"],
             content["error_std_rad"],
             content["history"],
         )
+        checkpoint.method()  # a file whose network cannot run is refused here, by its name
+        return checkpoint
     except Exception as error:  # what the unpickler makes of a foreign file has no end of forms
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(

@@ -1,0 +1,134 @@
+"""A network on disk comes back as it was; another file is refused in one line."""
+
+import pickle
+
+import numpy as np
+import pytest
+import torch
+
+from narx import checkpoint as checkpoints
+from narx.checkpoint import Checkpoint
+from narx.errors import UserError
+from narx.method import SegmentSignals
+from narx.model import Narx
+from narx.normalisation import Normalisation
+from narx.start_up import StartUp
+from narx.structure import NarxStructure
+
+
+@pytest.fixture
+def checkpoint():
+    model = Narx(
+        94.3, Normalisation(3.0, 0.5, 0.1, -0.05, 1.3), NarxStructure(2, 1, 2, 3), False, False
+    )
+    generator = torch.Generator().manual_seed(0)
+    with torch.no_grad():
+        model.weights.copy_(0.3 * torch.randn(len(model.weights), generator=generator))
+    return Checkpoint(
+        model,
+        StartUp(duration_s=1.5, averaging_s=0.7, leak_rad_s=0.2, settling_gain=1.0, settling_s=0.3),
+        "own",
+        (0.1, 0.2, 0.3),
+        {"trained_on": ["a", "b"], "report": {"cost": 0.5, "restarts": {"best": 1}}},
+    )
+
+
+@pytest.fixture
+def path(checkpoint, tmp_path):
+    checkpoints.save(checkpoint, tmp_path / "network.pt")
+    return tmp_path / "network.pt"
+
+
+def test_everything_comes_back(checkpoint, path):
+    again = checkpoints.load(path)
+    assert torch.equal(again.model.weights, checkpoint.model.weights)
+    assert again.model.to_config() == checkpoint.model.to_config()
+    for name in ("start_up", "axis_scaling", "error_std_rad", "history"):
+        assert getattr(again, name) == getattr(checkpoint, name)
+    rates = np.random.default_rng(0).normal(size=(300, 3))
+    signals = SegmentSignals("thigh", 94.3, rates, np.zeros_like(rates), np.zeros(3))
+    np.testing.assert_array_equal(
+        again.method().estimate(signals), checkpoint.method().estimate(signals)
+    )
+    np.testing.assert_array_equal(again.method().standard_deviation(signals)[7], [0.1, 0.2, 0.3])
+    assert [entry.name for entry in path.parent.iterdir()] == ["network.pt"]
+
+
+def test_saving_again_writes_the_same(checkpoint, path):
+    again = checkpoints.load(path)
+    checkpoints.save(again, path.with_name("again.pt"))
+    first, second = (torch.load(p, weights_only=True) for p in (path, path.with_name("again.pt")))
+    assert torch.equal(first.pop("weights"), second.pop("weights"))
+    assert first == second
+
+
+def test_it_holds_plain_data_alone(path):
+    content = torch.load(path, weights_only=True)
+    assert set(content) == {
+        "model", "weights", "start_up", "axis_scaling", "error_std_rad", "history",
+    }  # fmt: skip
+
+
+class Code:
+    """What a hostile pickle would do."""
+
+    def __reduce__(self):
+        return (exec, ("raise SystemExit('code of a file was run')",))
+
+
+def truncated(path):
+    path.write_bytes(path.read_bytes()[:700])
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+def text(path):
+    path.write_text("time_s,gyroscope_x_rad_s\n0.0,0.1\n")
+
+
+def hostile(path):
+    path.write_bytes(pickle.dumps(Code()))
+
+
+def changed(**changes):
+    def change(path):
+        content = torch.load(path, weights_only=True)
+        torch.save({**content, **changes}, path)
+
+    return change
+
+
+def without_weights(path):
+    content = torch.load(path, weights_only=True)
+    del content["weights"]
+    torch.save(content, path)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        truncated,
+        empty,
+        text,
+        hostile,
+        without_weights,
+        changed(weights=torch.zeros(4)),
+        changed(model={"format": 99}),
+        changed(start_up={"duration_s": 1.0, "unknown": 2.0}),
+        changed(axis_scaling="other"),
+        lambda path: torch.save([1, 2, 3], path),
+    ],
+)
+def test_another_file_is_refused_in_one_line(path, damage):
+    damage(path)
+    with pytest.raises(UserError, match=r"checkpoint: '.*network\.pt' is not a network") as error:
+        checkpoints.load(path)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    for missing in (tmp_path / "none.pt", tmp_path):
+        with pytest.raises(UserError, match=r"^checkpoint: no file '"):
+            checkpoints.load(missing)
