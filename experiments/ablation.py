@@ -40,7 +40,7 @@ def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
     mean = by_subject.groupby(["method", "column"], sort=False).mean().unstack("column")
     worst = sided.groupby(["method", "column"], sort=False)[quantity].max().unstack("column")
     frame = pd.concat({"": mean, "worst trial": worst}, axis=1).swaplevel(axis=1)
-    frame = frame.reindex(dict.fromkeys(sided["method"]))
+    frame = frame.reindex(list(dict.fromkeys(sided["method"])))
     frame.columns = [" ".join(part for part in column if part) for column in frame.columns]
     frame = frame[sorted(frame.columns)]
     frame.index.name = "Variant"
@@ -54,7 +54,8 @@ def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
 def _ablation(cfg: DictConfig) -> None:
     seed_everything(cfg.seed)
     directory = run_directory()
-    frames, sources = [], {}
+    frames: list[pd.DataFrame] = []
+    sources: dict[str, str] = {}
     for name, overrides in tqdm(cfg.variants.items(), desc="variants", disable=None):
         common = [f"seed={cfg.seed}", "methods=[narx]"]
         if cfg.data_root is not None:

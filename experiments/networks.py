@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from hydra.utils import instantiate
@@ -102,9 +103,8 @@ def train(
         validation = list(_sequences(cfg, sources, fold.validation, teacher, hashes))
     else:
         training, validation = hold_back(training, cfg.training.held_back)
-    settings = OmegaConf.to_container(cfg.model)
-    assert isinstance(settings, dict)
-    objective = settings.pop("objective")
+    settings: dict[str, Any] = {str(key): value for key, value in cfg.model.items()}
+    objective = dict(settings.pop("objective"))
     objective["axis_weights"] = tuple(objective["axis_weights"])
     start_up = StartUp(**settings.pop("start_up"))
     axis_scaling = settings.pop("axis_scaling")

@@ -43,8 +43,9 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
         source = instantiate(constructor, **overrides)
         selection = OmegaConf.to_container(cfg.select) if cfg.get("select") else {}
         assert isinstance(selection, Mapping)
-        if any(value is not None for value in selection.values()):
-            source = source.select(**selection)
+        wanted = {str(key): value for key, value in selection.items() if value is not None}
+        if wanted:
+            source = source.select(**wanted)
         sources[str(name)] = source
     return sources
 

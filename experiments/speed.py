@@ -27,7 +27,9 @@ from numpy.typing import NDArray
 from omegaconf import DictConfig
 
 from experiments import speed_peers as peers
+from experiments import speed_solvers as solvers
 from experiments.command import command, environment, run_directory, seed_everything, write_json
+from experiments.speed_c import CompiledC
 from narx.closed_loop import closed_loop
 from narx.coupled_loop import coupled_closed_loop
 from narx.least_squares.network import NetworkFit
@@ -160,7 +162,7 @@ class _Bench:
         return self.timings[peer].median_s / self.timings[own].median_s
 
 
-def _closed_loop_jacobian(bench: _Bench, c: peers.CompiledC | None) -> None:
+def _closed_loop_jacobian(bench: _Bench, c: CompiledC | None) -> None:
     w, v, target = bench.weights, bench.v, bench.target
     bench.time("closed_loop_jacobian.narx", lambda: bench.closed.products(w[None]))
     eight = np.repeat(w[None], 8, axis=0)
@@ -189,7 +191,7 @@ def _open_loop_training(bench: _Bench) -> dict[str, Any]:
     bench.time("open_loop_lm.narx", lambda: levenberg_marquardt(bench.open, start, options))
     if not cfg.peers:
         return {}
-    scipy_lm = peers.scipy_open_loop(bench.v, bench.target, n)
+    scipy_lm = solvers.scipy_open_loop(bench.v, bench.target, n)
     evaluations = scipy_lm(start).nfev
     bench.time("open_loop_lm.scipy", lambda: scipy_lm(start), slow=True)
     # MINPACK may stop early: both are taken per evaluation
@@ -198,10 +200,10 @@ def _open_loop_training(bench: _Bench) -> dict[str, Any]:
     bench.timings["open_loop_lm.scipy"] = Timing(
         factor * old.median_s, factor * old.q25_s, factor * old.q75_s, old.n
     )
-    torch_lm = peers.torch_levenberg_marquardt_open_loop(bench.v, bench.target, n)
+    torch_lm = solvers.torch_levenberg_marquardt_open_loop(bench.v, bench.target, n)
     if torch_lm is not None:
         bench.time("open_loop_lm.torch_levenberg_marquardt", lambda: torch_lm(start), slow=True)
-    optimistix = peers.optimistix_open_loop(bench.v, bench.target, n)
+    optimistix = solvers.optimistix_open_loop(bench.v, bench.target, n)
     if optimistix is not None:
         bench.time("open_loop_lm.optimistix", lambda: optimistix(start), slow=True)
     return _race(bench)
@@ -214,12 +216,12 @@ def _race(bench: _Bench) -> dict[str, Any]:
     level = 1e-6
     result: dict[str, Any] = {"mean_square": level, "n_starts": len(starts)}
     stopping = Stopping(max_evaluations=1000, gradient=0.0, step=0.0, cost=level)
-    scipy_lm = peers.scipy_open_loop(bench.v, bench.target, 1000)
-    solvers: dict[str, Callable[[FloatArray], float]] = {
+    scipy_lm = solvers.scipy_open_loop(bench.v, bench.target, 1000)
+    racers: dict[str, Callable[[FloatArray], float]] = {
         "narx": lambda w: float(levenberg_marquardt(bench.open, w, Options(stopping)).cost[0]),
         "scipy": lambda w: float(scipy_lm(w, level).cost),
     }
-    for name, solve in solvers.items():
+    for name, solve in racers.items():
         solve(starts[0])
         times, reached = [], 0
         for start in starts:
@@ -231,7 +233,7 @@ def _race(bench: _Bench) -> dict[str, Any]:
     return result
 
 
-def _rollout(bench: _Bench, c: peers.CompiledC | None) -> dict[str, float]:
+def _rollout(bench: _Bench, c: CompiledC | None) -> dict[str, float]:
     cfg = bench.cfg
     v, _ = gait_like(cfg.n_rollout_samples)
     w = torch.from_numpy(bench.weights)
@@ -364,8 +366,8 @@ def _speed(cfg: DictConfig) -> None:
     bench = _Bench(cfg)
     with tempfile.TemporaryDirectory() as folder:
         c = None
-        if cfg.peers and peers.CompiledC.available():
-            c = peers.CompiledC(Path(folder))
+        if cfg.peers and CompiledC.available():
+            c = CompiledC(Path(folder))
         _closed_loop_jacobian(bench, c)
         race = _open_loop_training(bench)
         errors = _rollout(bench, c)

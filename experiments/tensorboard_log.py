@@ -62,8 +62,8 @@ class TensorBoardLog:
             Columns of ``results.csv``.
         """
         means = results.groupby(["segment", "axis", "method"])["rmse_deg"].mean().dropna()
-        for (segment, axis, method), value in means.items():
-            self._writer.add_scalar(f"rmse_deg/{segment}/{axis}/{method}", value)
+        for names, value in zip(means.index.to_frame(index=False).to_numpy(), means, strict=True):
+            self._writer.add_scalar("/".join(["rmse_deg", *map(str, names)]), value)
 
     def figure(self, name: str, figure: Figure) -> None:
         """Show a figure.

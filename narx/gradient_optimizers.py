@@ -105,7 +105,7 @@ class _GradientOptimizer:
                 nonlocal kept, lowest
                 model.zero_grad()
                 cost = objective.mean_square(model, training)
-                cost.backward()  # type: ignore[no-untyped-call]
+                cost.backward()
                 gradient = model.weights.grad
                 assert gradient is not None
                 gradient[~trainable] = 0.0
@@ -175,4 +175,4 @@ class Adam(_GradientOptimizer):
 
     def _stepper(self, model: Narx) -> _Stepper:
         optimizer = torch.optim.Adam([model.weights], lr=self.learning_rate)
-        return lambda closure: optimizer.step(closure) and None  # type: ignore[func-returns-value]
+        return lambda closure: optimizer.step(closure) and None

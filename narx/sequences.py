@@ -102,7 +102,8 @@ def hold_back(
     """
     if fraction == 0:
         return list(sequences), list(sequences)
-    training, validation = [], []
+    training: list[TrainingSequence] = []
+    validation: list[TrainingSequence] = []
     for sequence in sequences:
         cut = round((1.0 - fraction) * sequence.signals.n_samples)
         for part, target in ((slice(None, cut), training), (slice(cut, None), validation)):

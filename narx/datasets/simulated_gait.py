@@ -1,7 +1,6 @@
 """Simulated walking with known truth: the embedded data set, which needs no download."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -23,6 +22,7 @@ from narx.simulation.rotations import compose
 from narx.simulation.sensor import measure, sensor_model
 from narx.simulation.session import Session, draw_session
 from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move
+from narx.simulation.true_motion import TrueMotion
 from narx.simulation.walker import WalkingPattern, walking_pattern
 from narx.simulation.walking import MARGIN_S, VARIATION_CHANNELS, walk
 
@@ -41,35 +41,6 @@ TREADMILL_RISE_S = 4.0
 
 # motion is computed at no less than this, whatever the sensors' rate
 _MOTION_RATE_HZ = 500.0
-
-
-@dataclass(frozen=True)
-class TrueMotion:
-    """What really happened in a trial.
-
-    Parameters
-    ----------
-    time_s : ndarray, shape (N,)
-        The trial's clock.
-    joint_angles : dict of str to ndarray, shape (N, 3)
-        ``pelvis``, ``hip_right``, ``knee_right``, ``hip_left``, ``knee_left`` in rad: flexion,
-        abduction, internal rotation.
-    segment_wxyz : dict of str to ndarray, shape (N, 4)
-        Bone to global, for every segment.
-    sensor_wxyz : dict of str to ndarray, shape (N, 4)
-        Sensor to global, for every segment with an IMU.
-    sensor_position_m : dict of str to ndarray, shape (N, 3)
-        Place of the sensor in the global frame.
-    speed_m_s : float
-        Walking speed.
-    """
-
-    time_s: FloatArray
-    joint_angles: dict[str, FloatArray]
-    segment_wxyz: dict[str, FloatArray]
-    sensor_wxyz: dict[str, FloatArray]
-    sensor_position_m: dict[str, FloatArray]
-    speed_m_s: float
 
 
 class SimulatedGait(TrialSource):

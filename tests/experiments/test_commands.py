@@ -33,7 +33,7 @@ def one_line_error(status, out, err):
 
 @pytest.mark.slow
 def test_training_leaves_configuration_checkpoint_and_events(run_command):
-    status, out, err, directory = run_command("train", *SMALL, *QUICK, "seed=3")
+    status, _, err, directory = run_command("train", *SMALL, *QUICK, "seed=3")
     assert status == 0, err
     checkpoint = checkpoints.load(directory / "checkpoint.pt")
     assert checkpoint.model.structure.n_weights == 19

@@ -9,7 +9,9 @@ import pytest
 import torch
 
 from experiments import speed_peers as peers
+from experiments import speed_solvers as solvers
 from experiments.speed import gait_like, timed
+from experiments.speed_c import CompiledC
 from narx.closed_loop import closed_loop
 from narx.least_squares.network import NetworkFit
 from narx.structure import NarxStructure
@@ -37,10 +39,10 @@ def problem():
     return v, target, weights, np.tril(products) + np.tril(products, -1).T
 
 
-@pytest.mark.skipif(not peers.CompiledC.available(), reason="no gcc")
+@pytest.mark.skipif(not CompiledC.available(), reason="no gcc")
 def test_c_does_the_same(problem, tmp_path):
     v, target, weights, products = problem
-    c = peers.CompiledC(tmp_path)
+    c = CompiledC(tmp_path)
     theirs = c.closed_loop_products(weights, v, target)()
     np.testing.assert_allclose(theirs[:20, :20], products, rtol=1e-9, atol=1e-9)
     for n_channels in (1, 21):
@@ -65,7 +67,7 @@ def test_scipy_starts_from_the_same_cost(problem):
     fit = NetworkFit(
         torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
     )
-    result = peers.scipy_open_loop(v, target, 50)(weights)
+    result = solvers.scipy_open_loop(v, target, 50)(weights)
     np.testing.assert_allclose(
         fit.products(result.x[None])[0, -1, -1], 2.0 * result.cost, rtol=1e-9, atol=1e-12
     )
