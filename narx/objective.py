@@ -89,8 +89,9 @@ class Objective:
         angle = torch.full((3,), _REST_ANGLE_RAD, dtype=torch.float64)
         target = _REST_ANGLE_RAD * torch.exp(-self.rest_leak_rad_s * time_s)
         padding = (0, 0, 0, n - sequences.rates_rad_s.shape[1])
-        counted = (torch.isfinite(sequences.targets_rad) * sequences.weight[:, None, None]).sum()
-        weight = self.rest_weight * counted / (3 * n)
+        axes = torch.tensor(self.axis_weights, dtype=torch.float64)
+        counts = torch.isfinite(sequences.targets_rad) * sequences.weight[:, None, None]
+        weight = self.rest_weight * (counts * axes).sum() / (axes.sum() * n)
         return Batch(
             torch.cat([pad(sequences.rates_rad_s, padding), torch.zeros(1, n, 3)]),
             torch.cat(

@@ -62,7 +62,8 @@ class NetworkDesign:
         Raises
         ------
         UserError
-            If the number of neurons or delays is not a positive number.
+            If the number of neurons or delays is not a positive number, or the normalisation is
+            unknown, has offsets where there must be none, or has nothing that varies.
         """
         rates = np.concatenate([s.signals.axis_rates_rad_s[:, SAGITTAL] for s in training])
         targets = [s.target_rad[:, SAGITTAL] for s in training]
@@ -77,9 +78,18 @@ class NetworkDesign:
         ):
             if not isinstance(value, int) or value < 1:
                 raise UserError(f"model.{name} is '{value}', expected a positive whole number")
+        if self.normalisation == "min_max" and (self.odd or self.coupled):
+            raise UserError(
+                "model.normalisation is 'min_max', which has offsets; expected std or max_abs, or "
+                "model.odd=false and model.coupled=false"
+            )
+        try:
+            scaled = Normalisation.fit(rates, np.concatenate(targets), self.normalisation)
+        except ValueError as error:
+            raise UserError(f"model.normalisation: {error}") from error
         return Narx(
             rate_hz,
-            Normalisation.fit(rates, np.concatenate(targets), self.normalisation),
+            scaled,
             NarxStructure(int(hidden), 1, self.input_lags, self.output_lags),
             self.odd,
             self.coupled,
