@@ -16,10 +16,9 @@ from experiments.figures.phases import phases as phases_figure
 from experiments.figures.swing import swing_figure
 from experiments.figures.waveforms import waveforms
 from experiments.gathered import Gathered
-from experiments.method_labels import method_label, method_order
-from experiments.peak_errors import PEAKS, Swing, swing, swing_results
+from experiments.peak_errors import Swing, swing, swing_results
 from experiments.phase_timing import event_errors, phase_shares
-from experiments.published import published
+from experiments.reports import abhayasinghe_wording
 from experiments.reports.operations import operations_per_angle
 from experiments.reports.report import Report, Section
 from experiments.tables.abhayasinghe import (
@@ -195,7 +194,9 @@ class AbhayasingheReport(Report):
             sections.append(operations_table(self._operations))
         sections += phase_tables(shares, timing)
         simulated = set(gathered.results["dataset"]) == {"simulated_gait"}
-        return sections + self._against_print(trials, peaks, simulated)
+        return sections + abhayasinghe_wording.against_print(
+            trials, peaks, self.method, float(np.mean(self._mean_deg)), simulated
+        )
 
     def _how_scored(self) -> str:
         text = (
@@ -206,54 +207,6 @@ class AbhayasingheReport(Report):
         if self._turned:
             text += f" Scored until the walk turns: {', '.join(self._turned)}."
         return text
-
-    def _against_print(
-        self, trials: pd.DataFrame, peaks: pd.DataFrame, simulated: bool
-    ) -> list[Section]:
-        mean = trials.groupby("method")[["r", "rmse_deg", "bias_deg", "precision_deg"]].mean()
-        paragraphs: list[Section] = [_HEADING + _ranking(mean["r"])]
-        if self.method in mean.index:
-            paragraphs.append(self._about_offset(mean.T[self.method], peaks))
-            paragraphs.append(self._about_variants(mean))
-        paragraphs += _about_runaways(mean["precision_deg"])
-        if simulated:
-            paragraphs.append(_ABOUT_SIMULATION)
-        return paragraphs
-
-    def _about_variants(self, mean: pd.DataFrame) -> str:
-        lines = [
-            f"Beside {method_label(self.method)} (mean r {mean['r'][self.method]:.4f}, SD of error "
-            f"{mean['precision_deg'][self.method]:.2f}°), what sets the others apart:\n"
-        ]
-        lines += [
-            f"- {method_label(name)}: {mean['r'][name]:.4f}, {mean['precision_deg'][name]:.2f}°; "
-            f"{_VARIANTS[name]}."
-            for name in method_order(mean.index)
-            if name in _VARIANTS and name != self.method
-        ]
-        return "\n".join(lines)
-
-    def _about_offset(self, mine: pd.Series, peaks: pd.DataFrame) -> str:
-        label = method_label(self.method)
-        text = _published_text()
-        peak = peaks[peaks["method"] == self.method].groupby("peak")["error_deg"].mean()
-        positive, negative = (peak.get(kind, np.nan) - mine["bias_deg"] for kind in PEAKS)
-        scaling = (
-            "the swing comes out too large, the scaling error that print saw in its Fig. 8 as well"
-            if negative > 0 > positive
-            else "not the scaling error that print saw in its Fig. 8"
-        )
-        return (
-            f"{label}'s RMSE is {mine['rmse_deg']:.2f}° (print {text['rmse_mean_deg']:.2f}°), of "
-            f"which {mine['bias_deg']:+.2f}° is a constant error and {mine['precision_deg']:.2f}° "
-            "its SD about that. Integrating a rate less its moving average gives the angle less "
-            "*its* moving average, so a walk loses its mean angle, here "
-            f"{np.mean(self._mean_deg):+.1f}°, until the thigh next comes to rest. Print shows no "
-            "such shift, so its waveforms were presumably brought to a common mean, and the SD "
-            f"is what compares. Beyond the constant error the positive peaks are off by "
-            f"{positive:+.2f}° and the negative ones by {negative:+.2f}°: {scaling} (a window that "
-            "is not a whole number of strides changes the amplitude; docs/methods/giof.md)."
-        )
 
     def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
         """Draw Fig. 7 to 11.
@@ -305,50 +258,3 @@ class AbhayasingheReport(Report):
         return phases_figure(
             time_s[part], angle, smooth[part], shown.phases.times_s, shown.events_s
         )
-
-
-_HEADING = "**Where and why these figures differ from print.** "
-_VARIANTS = {
-    "giof": "offset window of 1.5 s, rest has to last",
-    "giof_two_strides": "its offset window follows the cadence, so the amplitude stays as it is",
-    "giof_as_printed": "one sample that passes both tests is believed; at the turning points of a "
-    "swing the rate passes through zero while the thigh accelerates",
-    "giof_real_time": "causal: a low-pass filter of 10 Hz, which delays by some 20 ms, and a "
-    "static offset instead of the moving average",
-    "complementary_filter": "no filter before it and the accelerometer at every sample, but so "
-    "faintly (alpha of 0.9999) that over seconds it is the integrated gyroscope",
-    "complementary_filter_real_time": "the same with alpha of 0.999, still without the filter that "
-    "print puts before both",
-}
-# beyond this an SD is no error of measurement
-_RUNAWAY_DEG = 15.0
-
-
-def _about_runaways(precision_deg: pd.Series) -> list[Section]:
-    ran = [m for m in method_order(precision_deg.index) if precision_deg[m] > _RUNAWAY_DEG]
-    if not ran:
-        return []
-    return [
-        f"{', '.join(method_label(m) for m in ran)} ran away: minutes of walking with turns, "
-        "integrated about one axis of the thigh, book the turns as flexion, and nothing (or too "
-        "little of the accelerometer) takes that off again. Print's walks are straight and short."
-    ]
-
-
-_ABOUT_SIMULATION = (
-    "The walkers are virtual (docs/simulator.md) and have no sex: the rows of Table 1 hold as many "
-    "of them as print has men and women. Their reference follows the bone, through markers on the "
-    "skin, and the sensor sits on soft tissue elsewhere on the thigh; in print both were one box. "
-    "Every walk begins and ends in standing within a few steps, so that starting and stopping are "
-    "in every figure. docs/experiments.md switches these off one at a time."
-)
-
-
-def _ranking(r: pd.Series) -> str:
-    printed = published("abhayasinghe_table_1").set_index("group")["r_mean"]["All"]
-    ours = ", ".join(f"{method_label(name)} {r[name]:.4f}" for name in method_order(r.index))
-    return f"Mean correlation in print: GIOF {float(printed):.4f}. Here: {ours}."
-
-
-def _published_text() -> pd.Series:
-    return published("abhayasinghe_text").set_index("quantity")["value"].astype(float)

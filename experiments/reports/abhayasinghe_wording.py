@@ -1,0 +1,124 @@
+"""What is said of the thigh angles of Abhayasinghe et al.: sentences that follow from figures."""
+
+import numpy as np
+import pandas as pd
+
+from experiments.method_labels import method_label, method_order
+from experiments.peak_errors import PEAKS
+from experiments.published import published
+from experiments.reports.report import Section
+
+_HEADING = "**Where and why these figures differ from print.** "
+_VARIANTS = {
+    "giof": "offset window of 1.5 s, rest has to last",
+    "giof_two_strides": "its offset window follows the cadence, so the amplitude stays as it is",
+    "giof_as_printed": "one sample that passes both tests is believed; at the turning points of a "
+    "swing the rate passes through zero while the thigh accelerates",
+    "giof_real_time": "causal: a low-pass filter of 10 Hz, which delays by some 20 ms, and a "
+    "static offset instead of the moving average",
+    "complementary_filter": "no filter before it and the accelerometer at every sample, but so "
+    "faintly (alpha of 0.9999) that over seconds it is the integrated gyroscope",
+    "complementary_filter_real_time": "the same with alpha of 0.999, still without the filter that "
+    "print puts before both",
+}
+# beyond this an SD is no error of measurement
+_RUNAWAY_DEG = 15.0
+
+
+_ABOUT_SIMULATION = (
+    "The walkers are virtual (docs/simulator.md) and have no sex: the rows of Table 1 hold as many "
+    "of them as print has men and women. Their reference follows the bone, through markers on the "
+    "skin, and the sensor sits on soft tissue elsewhere on the thigh; in print both were one box. "
+    "Every walk begins and ends in standing within a few steps, so that starting and stopping are "
+    "in every figure. docs/experiments.md switches these off one at a time."
+)
+
+
+def against_print(
+    trials: pd.DataFrame, peaks: pd.DataFrame, method: str, mean_angle_deg: float, simulated: bool
+) -> list[Section]:
+    """Say where and why the figures differ from print.
+
+    Parameters
+    ----------
+    trials, peaks : pandas.DataFrame
+        From `experiments.peak_errors.swing_results`.
+    method : str
+        Whose figures are set against print.
+    mean_angle_deg : float
+        Mean reference angle of the walks, degrees.
+    simulated : bool
+        Whether the walkers are virtual.
+
+    Returns
+    -------
+    list of str
+        Paragraphs.
+    """
+    mean = trials.groupby("method")[["r", "rmse_deg", "bias_deg", "precision_deg"]].mean()
+    paragraphs: list[Section] = [_HEADING + _ranking(mean["r"])]
+    if method in mean.index:
+        paragraphs.append(_about_offset(mean.T[method], peaks, method, mean_angle_deg))
+        paragraphs.append(_about_variants(mean, method))
+    paragraphs += _about_runaways(mean["precision_deg"])
+    if simulated:
+        paragraphs.append(_ABOUT_SIMULATION)
+    return paragraphs
+
+
+def _about_variants(mean: pd.DataFrame, method: str) -> str:
+    lines = [
+        f"Beside {method_label(method)} (mean r {mean['r'][method]:.4f}, SD of error "
+        f"{mean['precision_deg'][method]:.2f}°), what sets the others apart:\n"
+    ]
+    lines += [
+        f"- {method_label(name)}: {mean['r'][name]:.4f}, {mean['precision_deg'][name]:.2f}°; "
+        f"{_VARIANTS[name]}."
+        for name in method_order(mean.index)
+        if name in _VARIANTS and name != method
+    ]
+    return "\n".join(lines)
+
+
+def _about_offset(mine: pd.Series, peaks: pd.DataFrame, method: str, mean_angle_deg: float) -> str:
+    label = method_label(method)
+    text = _published_text()
+    peak = peaks[peaks["method"] == method].groupby("peak")["error_deg"].mean()
+    positive, negative = (peak.get(kind, np.nan) - mine["bias_deg"] for kind in PEAKS)
+    scaling = (
+        "the swing comes out too large, the scaling error that print saw in its Fig. 8 as well"
+        if negative > 0 > positive
+        else "not the scaling error that print saw in its Fig. 8"
+    )
+    return (
+        f"{label}'s RMSE is {mine['rmse_deg']:.2f}° (print {text['rmse_mean_deg']:.2f}°), of "
+        f"which {mine['bias_deg']:+.2f}° is a constant error and {mine['precision_deg']:.2f}° "
+        "its SD about that. Integrating a rate less its moving average gives the angle less "
+        "*its* moving average, so a walk loses its mean angle, here "
+        f"{mean_angle_deg:+.1f}°, until the thigh next comes to rest. Print shows no "
+        "such shift, so its waveforms were presumably brought to a common mean, and the SD "
+        f"is what compares. Beyond the constant error the positive peaks are off by "
+        f"{positive:+.2f}° and the negative ones by {negative:+.2f}°: {scaling} (a window that "
+        "is not a whole number of strides changes the amplitude; docs/methods/giof.md)."
+    )
+
+
+def _about_runaways(precision_deg: pd.Series) -> list[Section]:
+    ran = [m for m in method_order(precision_deg.index) if precision_deg[m] > _RUNAWAY_DEG]
+    if not ran:
+        return []
+    return [
+        f"{', '.join(method_label(m) for m in ran)} ran away: minutes of walking with turns, "
+        "integrated about one axis of the thigh, book the turns as flexion, and nothing (or too "
+        "little of the accelerometer) takes that off again. Print's walks are straight and short."
+    ]
+
+
+def _ranking(r: pd.Series) -> str:
+    printed = published("abhayasinghe_table_1").set_index("group")["r_mean"]["All"]
+    ours = ", ".join(f"{method_label(name)} {r[name]:.4f}" for name in method_order(r.index))
+    return f"Mean correlation in print: GIOF {float(printed):.4f}. Here: {ours}."
+
+
+def _published_text() -> pd.Series:
+    return published("abhayasinghe_text").set_index("quantity")["value"].astype(float)
