@@ -17,7 +17,20 @@ class Teacher(Protocol):
     """Gives the angles to learn."""
 
     def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
-        """Return the angles of a segment, shape (N, 3), NaN where there is nothing to learn."""
+        """Give the angles of a segment.
+
+        Parameters
+        ----------
+        dataset : str
+            Where the segment is from.
+        segment : CalibratedSegment
+            To be learned.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles in rad; NaN where there is nothing to learn.
+        """
         ...
 
 

@@ -166,5 +166,24 @@ class Optimizer(Protocol):
         rng: np.random.Generator,
         log: Log,
     ) -> FitReport:
-        """Set the weights of a network to the best found."""
+        """Set the weights of a network to the best found.
+
+        Parameters
+        ----------
+        model : Narx
+            Network.
+        training, validation : Batch
+            Sequences; the second chooses.
+        objective : Objective
+            What is minimised.
+        rng : numpy.random.Generator
+            Draws the starts.
+        log : callable
+            Told how it goes.
+
+        Returns
+        -------
+        FitReport
+            What the optimizer has to say.
+        """
         ...

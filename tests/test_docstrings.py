@@ -1,5 +1,6 @@
 """Public docstrings are checked against the signatures they describe."""
 
+import enum
 import importlib
 import inspect
 import warnings
@@ -16,6 +17,8 @@ MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
     for package in ("narx", "baselines", "experiments")
     for path in (ROOT / package).rglob("*.py")
+    # what begins with an underscore is nobody else's; kernels are called by arrays' layout alone
+    if not path.stem.removeprefix("__init__").startswith("_") and path.parent.name != "kernels"
 )
 
 
@@ -27,20 +30,27 @@ def public_objects(module_name):
         if name.startswith("_") or getattr(thing, "__module__", None) != module_name:
             continue
         if inspect.isclass(thing):
-            yield f"{module_name}.{name}"
+            yield f"{module_name}.{name}", thing
             for method_name, method in vars(thing).items():
                 function = getattr(method, "__func__", method)
                 if inspect.isfunction(function) and not method_name.startswith("_"):
-                    yield f"{module_name}.{name}.{method_name}"
+                    yield f"{module_name}.{name}.{method_name}", function
         elif inspect.isfunction(thing):
-            yield f"{module_name}.{name}"
+            yield f"{module_name}.{name}", thing
 
 
-def faults_of(name):
-    return [f"{name}: {code} {text}" for code, text in validate(name)["errors"] if code in CHECKS]
+def faults_of(name, thing=None):
+    # a protocol and an enumeration have a signature that is not theirs
+    foreign = inspect.isclass(thing) and (
+        getattr(thing, "_is_protocol", False) or issubclass(thing, enum.Enum)
+    )
+    checks = CHECKS - {"PR01"} if foreign else CHECKS
+    return [f"{name}: {code} {text}" for code, text in validate(name)["errors"] if code in checks]
 
 
 @pytest.mark.parametrize("module_name", MODULES)
 def test_docstrings_fit_the_signatures(module_name):
-    faults = [fault for name in public_objects(module_name) for fault in faults_of(name)]
+    faults = [
+        fault for name, thing in public_objects(module_name) for fault in faults_of(name, thing)
+    ]
     assert not faults, "\n".join(faults)
