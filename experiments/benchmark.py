@@ -20,14 +20,15 @@ from experiments.raw_gyroscope import with_static_bias
 from experiments.reports.report import Report
 from experiments.reports.summary import write_report
 from experiments.results import results_table, write_results
-from experiments.sources import combined_index, load, open_sources
-from experiments.splits import Fold
+from experiments.sources import combined_index, load, one_ahead, open_sources
+from experiments.splits import Fold, TrialPart
 from experiments.tensorboard_log import TensorBoardLog
 from narx import checkpoint as checkpoints
-from narx.calibration import calibrate
+from narx.calibration import CalibratedSegment, calibrate
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
 from narx.method import OrientationMethod
+from narx.recording import Trial
 
 
 def run(
@@ -66,16 +67,20 @@ def run(
     progress = tqdm(
         total=sum(len(fold.test) for fold in folds), desc="trials", unit="trial", disable=None
     )
+
+    def prepare(part: TrialPart) -> tuple[Trial, Mapping[str, CalibratedSegment]]:
+        trial = load(sources, part)
+        calibrated = calibrate(trial, cfg.calibration)
+        if not cfg.remove_static_bias:
+            calibrated = {name: with_static_bias(c) for name, c in calibrated.items()}
+        return trial, calibrated
+
     for fold in folds:
         methods = dict(classical)
         if "narx" in cfg.methods:
             methods = _with_network(cfg, sources, fold, rng, log, gathered) | methods
-        for part in fold.test:
+        for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
-            trial = load(sources, part)
-            calibrated = calibrate(trial, cfg.calibration)
-            if not cfg.remove_static_bias:
-                calibrated = {name: with_static_bias(c) for name, c in calibrated.items()}
             evaluated, refusals = evaluate_trial(
                 trial, calibrated, methods, part, cfg.evaluation.skip_s
             )

@@ -1,7 +1,9 @@
 """From the configuration's `data` to trials on disk or in the simulator."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import TypeVar
 
 import pandas as pd
 from hydra.utils import instantiate
@@ -11,6 +13,8 @@ from experiments.splits import TrialPart
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
 from narx.recording import Trial
+
+T = TypeVar("T")
 
 
 def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
@@ -87,3 +91,33 @@ def load(sources: Mapping[str, TrialSource], part: TrialPart) -> Trial:
         The whole trial.
     """
     return sources[part.source].load(part.subject, part.condition, part.trial)
+
+
+def one_ahead(
+    parts: Iterable[TrialPart], prepare: Callable[[TrialPart], T]
+) -> Iterator[tuple[TrialPart, T]]:
+    """Prepare the next trial in a second thread while the present one is worked on.
+
+    Parameters
+    ----------
+    parts : iterable of TrialPart
+        In the order wanted.
+    prepare : callable
+        Loads and calibrates; what it raises is raised here.
+
+    Yields
+    ------
+    part : TrialPart
+        As given.
+    prepared : object
+        What `prepare` made of it.
+    """
+    with ThreadPoolExecutor(max_workers=1) as worker:
+        pending: tuple[TrialPart, Future[T]] | None = None
+        for part in parts:
+            coming = part, worker.submit(prepare, part)
+            if pending is not None:
+                yield pending[0], pending[1].result()
+            pending = coming
+        if pending is not None:
+            yield pending[0], pending[1].result()
