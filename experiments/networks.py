@@ -58,7 +58,58 @@ def network_of(
         return checkpoints.load(Path(cfg.checkpoint))
     if not fold.training:
         return shipped_checkpoint()
+    if cfg.get("candidates"):
+        cfg = choose(cfg, sources, fold)
     return train(cfg, sources, fold, rng, log)
+
+
+def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> DictConfig:
+    """Choose among candidate settings without a look at the test part (nested validation).
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        Holds `candidates`: overrides such as ``model.hidden=3``, several of one candidate
+        separated by spaces.
+    sources : mapping of str to TrialSource
+        By name.
+    fold : Fold
+        Its training trials are left out one by one; the candidate with the smallest mean
+        closed-loop error on them wins.
+
+    Returns
+    -------
+    omegaconf.DictConfig
+        The configuration with the chosen candidate.
+
+    Raises
+    ------
+    UserError
+        If there are fewer than two training trials to choose by.
+    """
+    keys = list(dict.fromkeys(part.key for part in fold.training))
+    if len(keys) < 2:
+        raise UserError(f"candidates: fold {fold.name} has one training trial, two are needed")
+    best: tuple[float, DictConfig] | None = None
+    for overrides in cfg.candidates:
+        candidate = cfg.copy()
+        candidate.merge_with_dotlist(str(overrides).split())
+        errors = []
+        for key in keys:
+            inner = Fold(
+                f"{fold.name} without {'/'.join(key)}",
+                tuple(part for part in fold.training if part.key != key),
+                (),
+                tuple(part for part in fold.training if part.key == key),
+            )
+            # every candidate meets the same starts
+            rng = np.random.default_rng(cfg.seed)
+            network = train(candidate, sources, inner, rng, lambda iteration, numbers: None)
+            errors.append(network.history["report"]["restarts"]["validation_rmse_best_deg"])
+        if best is None or float(np.mean(errors)) < best[0]:
+            best = float(np.mean(errors)), candidate
+    assert best is not None
+    return best[1]
 
 
 def train(

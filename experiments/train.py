@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from experiments.command import command, environment, run_directory, seed_everything, write_json
 from experiments.figures.canvas import save_figure
-from experiments.networks import train
+from experiments.networks import choose, train
 from experiments.reports.networks import training_history_figure
 from experiments.sources import combined_index, open_sources
 from experiments.tensorboard_log import TensorBoardLog
@@ -40,6 +40,8 @@ def _train(cfg: DictConfig) -> float:
             to_tensorboard(iteration, numbers)
             progress.update()
 
+        if cfg.candidates:
+            cfg = choose(cfg, sources, folds[0])
         network = train(cfg, sources, folds[0], rng, told)
         report = network.history["report"]
         figure = training_history_figure(network, folds[0].name)
