@@ -16,10 +16,11 @@ from experiments.figures.spectrum import spectrum
 from experiments.figures.waveforms import first_and_last_minute, waveforms
 from experiments.gathered import Gathered
 from experiments.reports.report import Report, Section
+from experiments.reports.tham_wording import against_print
 from experiments.tables.comparison import comparison_table
 from experiments.tables.quality import coverage_table, drift_table
 from experiments.tables.table import Table
-from experiments.tables.tham import interval_table, tham_tables
+from experiments.tables.tham import comparison_with_print, interval_table, tham_tables
 from narx.calibration import CalibratedSegment
 from narx.method import OrientationMethod
 from narx.recording import Trial
@@ -131,6 +132,7 @@ class GenericReport(Report):
             sections += tham_tables(results, cfg.evaluation.skip_s)
             if "narx" in cfg.methods:
                 sections.append(interval_table(results, seed=cfg.seed))
+                sections += against_print(comparison_with_print(results), cfg, True)
         return sections + comparison_sections(cfg, gathered)
 
     def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:

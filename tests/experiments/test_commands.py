@@ -90,6 +90,7 @@ def test_benchmark_leaves_results_summary_and_figures(run_command):
     assert rmse["narx"] < rmse["pseudo_integrator"]
     summary = (directory / "summary.md").read_text()
     assert "Table 2" in summary
+    assert "lowest RMSE in" in summary
     assert "—" in summary or "–" in summary or "| - |" in summary
     assert summary.strip() in out
     assert (directory / "figures" / "waveforms_knee.png").is_file()
