@@ -80,14 +80,17 @@ class ClockConversion:
         """
         clock, interval_s = self.clock_s, 1.0 / self.sampling_rate_hz
         result = np.full((len(self._time_s), values.shape[1]), np.nan)
-        for piece in contiguous_pieces(clock, np.isfinite(values).all(axis=1), 1.5 * interval_s):
+        # a column that is missing throughout (an axis nobody knows) makes no gap in the others
+        known = np.flatnonzero(np.isfinite(values).any(axis=0))
+        complete = np.isfinite(values[:, known]).all(axis=1) & bool(known.size)
+        for piece in contiguous_pieces(clock, complete, 1.5 * interval_s):
             # a piece's first sample may lie before its first tick, and the last after the last
             first, last = clock[piece[0]] - interval_s, clock[piece[-1]] + interval_s
             inside = there & (self._time_s > first) & (self._time_s < last)
             if piece.size < 2 or not inside.any():
                 continue
             spline = make_interp_spline(
-                clock[piece] - first, values[piece], k=3 if piece.size > 3 else 1
+                clock[piece] - first, values[np.ix_(piece, known)], k=3 if piece.size > 3 else 1
             )
-            result[inside] = spline(self._time_s[inside] - first)
+            result[np.ix_(inside, known)] = spline(self._time_s[inside] - first)
         return result

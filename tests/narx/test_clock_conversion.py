@@ -55,3 +55,14 @@ def test_a_slow_recording_has_no_gaps():
 def test_too_short(n):
     with pytest.raises(RecordingError, match=f"^walk: {n} samples, expected at least 2$"):
         ClockConversion(np.arange(n) * 0.01, 0.05, "walk")
+
+
+def test_a_column_that_nobody_knows_leaves_the_others_alone():
+    time = np.arange(200) * 0.01
+    conversion = ClockConversion(time, 0.05, "x")
+    values = np.tile([0.5, np.nan], (len(conversion.clock_s), 1))
+    back = conversion.to_samples(values, np.ones(200, dtype=bool))
+    np.testing.assert_allclose(back[:, 0], 0.5)
+    assert np.isnan(back[:, 1]).all()
+    unknown = np.full_like(values, np.nan)
+    assert np.isnan(conversion.to_samples(unknown, np.ones(200, dtype=bool))).all()
