@@ -14,6 +14,7 @@ from experiments.results import write_results
 from experiments.tables.table import Table, as_markdown
 from narx.errors import UserError
 from narx.files import atomic_path
+from narx.recording import kind_of
 
 
 def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
@@ -31,9 +32,7 @@ def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
     Table
         A row a variant, a column a segment and axis; the worst trial beside the mean.
     """
-    sided = results.assign(
-        segment=results["segment"].str.replace(r"_(left|right)$", "", regex=True)
-    )
+    sided = results.assign(segment=results["segment"].map(kind_of))
     where = sided["segment"] + " " + sided["axis"]
     sided = sided.assign(column=where)[sided[quantity].notna()]
     by_subject = sided.groupby(["method", "column", "subject"], sort=False)[quantity].mean()

@@ -1,6 +1,6 @@
 """Who is trained on and who is tested: no sample of a test part is ever seen in training."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,9 +52,6 @@ class Fold:
     training: tuple[TrialPart, ...]
     test: tuple[TrialPart, ...]
     validation: tuple[TrialPart, ...] = ()
-
-
-Split = Callable[[pd.DataFrame, np.random.Generator], Iterator[Fold]]
 
 
 def _parts(

@@ -19,7 +19,6 @@ from narx.anatomical_frame import (
 from narx.errors import RecordingError, UserError
 from narx.functional_frame import (
     MOVEMENT,
-    body_part,
     functional_frame,
     has_own_movement,
     has_whole_leg,
@@ -27,7 +26,7 @@ from narx.functional_frame import (
     standing_force,
 )
 from narx.method import SegmentSignals
-from narx.recording import FloatArray, Trial, side_of
+from narx.recording import FloatArray, Trial, kind_of, side_of
 from narx.reference_frame import anatomical_reference, rest_heading_rad
 from narx.segment_angles import (
     TRANSVERSE,
@@ -182,7 +181,7 @@ def _calibrate_segment(
 
 def _available_mode(trial: Trial, segment: str) -> Mode:
     """Choose the first mode for which the trial has the parts."""
-    if body_part(segment) not in MOVEMENT:
+    if kind_of(segment) not in MOVEMENT:
         return "sensor"
     if has_whole_leg(trial, segment):
         return "leg"

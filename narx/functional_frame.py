@@ -19,7 +19,7 @@ from narx.anatomical_frame import (
     up_from_gravity,
 )
 from narx.errors import RecordingError
-from narx.recording import FloatArray, ImuRecording, Trial, side_of
+from narx.recording import FloatArray, ImuRecording, Trial, kind_of, side_of
 from narx.static_bias import static_bias
 
 Movement = Literal["hip_abduction", "knee_flexion"]
@@ -27,22 +27,6 @@ Movement = Literal["hip_abduction", "knee_flexion"]
 # calibration movement of a body segment, as Tham et al. choose them
 MOVEMENT: dict[str, Movement] = {"thigh": "hip_abduction", "shank": "knee_flexion"}
 _MIN_EXCURSION_RAD = np.radians(3.0)
-
-
-def body_part(segment: str) -> str:
-    """Tell the body part from a segment's name.
-
-    Parameters
-    ----------
-    segment : str
-        Such as ``thigh_right``.
-
-    Returns
-    -------
-    str
-        The name without its side.
-    """
-    return segment.removesuffix("_left").removesuffix("_right")
 
 
 def standing_force(trial: Trial, segment: str) -> FloatArray | None:
@@ -107,7 +91,7 @@ def has_own_movement(trial: Trial, segment: str) -> bool:
     bool
         Whether there is a stand and the segment's own movement.
     """
-    movement = MOVEMENT.get(body_part(segment))
+    movement = MOVEMENT.get(kind_of(segment))
     return (
         movement is not None
         and movement_recording(trial, segment, movement) is not None
@@ -173,7 +157,7 @@ def functional_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tupl
             "calibration mode 'walking' does without"
         )
     up = _up(trial, segment)
-    movement = MOVEMENT[body_part(segment)]
+    movement = MOVEMENT[kind_of(segment)]
     left = _left(trial, segment, movement, up, bias_rad_s)
     shown = "x hip abduction" if movement == "hip_abduction" else "y passive knee flexion"
     return frame_from_left(up, left), f"functional: z standing, {shown}"
@@ -232,7 +216,7 @@ def leg_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
 
 
 def _leg(segment: str) -> tuple[str, str]:
-    suffix = segment.removeprefix(body_part(segment))
+    suffix = segment.removeprefix(kind_of(segment))
     return f"thigh{suffix}", f"shank{suffix}"
 
 

@@ -35,6 +35,22 @@ def side_of(segment: str) -> Literal["left", "right"] | None:
     return "right" if segment.endswith("_right") else None
 
 
+def kind_of(segment: str) -> str:
+    """Tell what a segment or joint is, whichever the leg.
+
+    Parameters
+    ----------
+    segment : str
+        Such as ``thigh_right``, ``knee_left``, ``pelvis``.
+
+    Returns
+    -------
+    str
+        The name without its side: ``thigh``, ``knee``, ``pelvis``.
+    """
+    return segment.removesuffix("_left").removesuffix("_right")
+
+
 def _checked(name: str, values: object, columns: int | None, where: str) -> FloatArray:
     array = np.ascontiguousarray(values, dtype=np.float64)
     expected = 1 if columns is None else 2

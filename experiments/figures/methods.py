@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from experiments.figures.canvas import logarithmic, panels, styled
 from experiments.method_labels import method_colour, method_label, method_order
 from experiments.tables.subjects import subject_means
+from narx.recording import kind_of
 from narx.segment_angles import AXES
 from narx.significance import bootstrap_mean
 
@@ -39,7 +40,7 @@ def methods_figure(
         Mean, 95 % bootstrap interval over subjects, a faint dot a subject; errors on a
         logarithmic scale.
     """
-    without_side = results["segment"].str.replace(r"_(left|right)$", "", regex=True)
+    without_side = results["segment"].map(kind_of)
     means = subject_means(results.assign(segment=without_side), ("segment", "axis", "method"))
     segments = list(dict.fromkeys(means["segment"]))
     methods = method_order(means["method"])

@@ -27,11 +27,11 @@ from experiments.tables.abhayasinghe import (
     operations_table,
     phase_tables,
 )
-from narx.calibration import CalibratedSegment, body_part
+from narx.calibration import CalibratedSegment
 from narx.errors import UserError
 from narx.gait_phases import GaitPhases, gait_phases, smooth_rate_and_derivative
 from narx.method import OrientationMethod
-from narx.recording import Trial, side_of
+from narx.recording import Trial, kind_of, side_of
 from narx.segment_angles import SAGITTAL
 
 FloatArray = NDArray[np.float64]
@@ -118,7 +118,7 @@ class AbhayasingheReport(Report):
         kept: list[Evaluated] = []
         refusals: list[Refusal] = []
         for one in evaluated:
-            if body_part(one.segment) != "thigh":
+            if kind_of(one.segment) != "thigh":
                 continue
             one = replace(one, scored=one.scored & self._walk(trial, one))
             trials, peaks, refused = swing_results([one], self._groups)

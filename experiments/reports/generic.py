@@ -23,7 +23,7 @@ from experiments.tables.table import Table
 from experiments.tables.tham import comparison_with_print, interval_table, tham_tables
 from narx.calibration import CalibratedSegment
 from narx.method import OrientationMethod
-from narx.recording import Trial
+from narx.recording import Trial, kind_of
 from narx.segment_angles import SAGITTAL
 from narx.sequences import contiguous
 
@@ -157,7 +157,7 @@ class GenericReport(Report):
         by_kind: dict[str, list[Evaluated]] = {}
         for one in gathered.evaluated:
             if np.isfinite(one.reference_rad).any():
-                kind = one.segment.removesuffix("_left").removesuffix("_right")
+                kind = kind_of(one.segment)
                 by_kind.setdefault(kind, []).append(one)
         for kind, pieces in by_kind.items():
             shown = next((piece for piece in pieces if piece.condition == "normal"), pieces[0])

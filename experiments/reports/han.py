@@ -18,10 +18,10 @@ from experiments.reports.operations import operations_per_angle
 from experiments.reports.report import Report, Section
 from experiments.tables.abhayasinghe import operations_table
 from experiments.tables.han import SEGMENTS, comparison_with_print, han_tables
-from narx.calibration import CalibratedSegment, body_part
+from narx.calibration import CalibratedSegment
 from narx.errors import MethodNotApplicableError
 from narx.method import OrientationMethod
-from narx.recording import Trial
+from narx.recording import Trial, kind_of
 
 # Fig. 6 and 8 show a normal walk, Fig. 7 an abnormal one
 _FIGURES = {"normal": "figure_6", "abnormal": "figure_7"}
@@ -89,7 +89,7 @@ class HanReport(Report):
         scored, refusals = [], []
         ends: dict[str, tuple[float, float]] = {}
         for one in evaluated:
-            if body_part(one.segment) not in SEGMENTS:
+            if kind_of(one.segment) not in SEGMENTS:
                 continue
             segment = calibrated[one.segment]
             try:

@@ -5,6 +5,7 @@ import pandas as pd
 from experiments.method_labels import method_label, method_order
 from experiments.tables.subjects import condition_order, over_subjects, subject_means
 from experiments.tables.table import Table, shown
+from narx.recording import kind_of
 from narx.segment_angles import AXES
 from narx.significance import bootstrap_mean, paired_test
 
@@ -38,9 +39,7 @@ def comparison(
         less `against`) with ``difference_low`` and ``difference_high``, ``p`` (permutation),
         ``p_wilcoxon``, ``smallest_p``.
     """
-    sided = results.assign(
-        segment=results["segment"].str.replace(r"_(left|right)$", "", regex=True)
-    )
+    sided = results.assign(segment=results["segment"].map(kind_of))
     means = subject_means(sided, ("segment", "axis", "method"))
     rows = []
     for segment in means["segment"].unique():

@@ -9,12 +9,9 @@ from experiments.evaluated import Evaluated
 from experiments.method_labels import method_label, method_order
 from experiments.tables.table import Table
 from narx.drift import drift_test
+from narx.recording import kind_of
 from narx.segment_angles import AXES
 from narx.uncertainty import calibration
-
-
-def _kind(segment: str) -> str:
-    return segment.removesuffix("_left").removesuffix("_right")
 
 
 def drift_table(
@@ -90,7 +87,7 @@ def coverage_table(evaluated: Iterable[Evaluated]) -> Table | None:
         for method, std in one.std_rad.items():
             error = np.deg2rad(one.error_deg(method))
             for axis, name in enumerate(AXES):
-                key = _kind(one.segment), name, method
+                key = kind_of(one.segment), name, method
                 errors.setdefault(key, []).append((error[:, axis], std[:, axis]))
     rows = []
     for (segment, axis_name, method), pairs in errors.items():

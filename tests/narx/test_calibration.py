@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from narx.calibration import body_part, calibrate
+from narx.calibration import calibrate
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.errors import RecordingError, UserError
-from narx.recording import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
+from narx.recording import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial, kind_of
 from narx.segment_angles import coupled_rates, orientation_from_angles
 
 _RATE_HZ = 100.0
@@ -299,10 +299,10 @@ def test_something_that_does_not_walk_is_refused():
         calibrate(trial)
 
 
-def test_body_part():
-    assert body_part("thigh_left") == "thigh"
-    assert body_part("thigh") == "thigh"
-    assert body_part("imu1") == "imu1"
+def test_kind_of():
+    assert kind_of("thigh_left") == "thigh"
+    assert kind_of("thigh") == "thigh"
+    assert kind_of("imu1") == "imu1"
 
 
 def _leg_trial(side, mountings, abduction_off=0.0, thigh_tissue=0.0, flexion_off=0.0):
