@@ -1,6 +1,7 @@
 """Train the network of a fold, as the configuration says."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -158,7 +159,7 @@ def train(
     objective = dict(settings.pop("objective"))
     objective["axis_weights"] = tuple(objective["axis_weights"])
     start_up = StartUp(**settings.pop("start_up"))
-    axis_scaling = settings.pop("axis_scaling")
+    axis_scaling, washout_s = settings.pop("axis_scaling"), settings.pop("washout_s")
     model, history = train_network(
         training,
         validation,
@@ -177,10 +178,8 @@ def train(
         "config": config,
         "data_sha256": hashes,
     }
-    unfinished = Checkpoint(model, start_up, axis_scaling)
-    return Checkpoint(
-        model, start_up, axis_scaling, _error_std(unfinished, sources, fold, cfg), history
-    )
+    network = Checkpoint(model, start_up, axis_scaling, history=history, washout_s=washout_s)
+    return replace(network, error_std_rad=_error_std(network, sources, fold, cfg))
 
 
 def _sequences(

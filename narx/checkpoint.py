@@ -13,6 +13,7 @@ from narx.files import atomic_path
 from narx.model import Narx
 from narx.network_method import AxisScaling, NarxMethod
 from narx.start_up import StartUp
+from narx.washout import WASHOUT_S
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,9 @@ class Checkpoint:
         Standard deviation of the error per axis, rad; None where it is not known.
     history : dict
         Plain numbers and strings: configuration, training report, stability, environment.
+    washout_s : float, optional
+        Time constant with which a lasting deviation from the posture is taken off, s; None
+        leaves it.
     """
 
     model: Narx
@@ -38,6 +42,7 @@ class Checkpoint:
     axis_scaling: AxisScaling = "training"
     error_std_rad: tuple[float, float, float] | None = None
     history: dict[str, Any] = field(default_factory=dict)
+    washout_s: float | None = WASHOUT_S
 
     def method(self) -> NarxMethod:
         """Return the network as an orientation method.
@@ -48,7 +53,7 @@ class Checkpoint:
             Ready to estimate.
         """
         std = None if self.error_std_rad is None else np.array(self.error_std_rad)
-        return NarxMethod(self.model, self.start_up, self.axis_scaling, std)
+        return NarxMethod(self.model, self.start_up, self.axis_scaling, std, self.washout_s)
 
 
 def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
@@ -67,6 +72,7 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
         "start_up": asdict(checkpoint.start_up),
         "axis_scaling": checkpoint.axis_scaling,
         "error_std_rad": checkpoint.error_std_rad,
+        "washout_s": checkpoint.washout_s,
         "history": checkpoint.history,
     }
     with atomic_path(path) as temporary:
@@ -104,6 +110,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
             content["axis_scaling"],
             content["error_std_rad"],
             content["history"],
+            content.get("washout_s"),  # a file from before there was one runs as it did
         )
         checkpoint.method()  # a file whose network cannot run is refused here, by its name
         return checkpoint

@@ -11,6 +11,7 @@ from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.model import Narx
 from narx.rate_conversion import RateConversion
 from narx.start_up import StartUp
+from narx.washout import WASHOUT_S, wash_out, washout_gain
 
 FloatArray = NDArray[np.float64]
 AxisScaling = Literal["training", "own"]
@@ -31,11 +32,14 @@ class NarxMethod(OrientationMethod):
         square over the recording, so not sample by sample).
     error_std_rad : ndarray, shape (3,), optional
         Standard deviation of the error per axis, from training; None where it is not known.
+    washout_s : float, optional
+        Time constant with which a lasting deviation from the posture is taken off
+        (`narx.washout`), s; None leaves it.
 
     Raises
     ------
     UserError
-        If the axis scaling is unknown.
+        If the axis scaling is unknown or the washout not positive.
     """
 
     name = "narx"
@@ -47,6 +51,7 @@ class NarxMethod(OrientationMethod):
         start_up: StartUp | None = None,
         axis_scaling: AxisScaling = "training",
         error_std_rad: FloatArray | None = None,
+        washout_s: float | None = WASHOUT_S,
     ) -> None:
         if axis_scaling not in get_args(AxisScaling):
             raise UserError(
@@ -57,6 +62,7 @@ class NarxMethod(OrientationMethod):
         self.start_up = start_up or StartUp()
         self.axis_scaling = axis_scaling
         self.error_std_rad = error_std_rad
+        self._washout_gain = washout_gain(washout_s, 1.0 / model.sampling_rate_hz)
 
     def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
         """Predict the standard deviation of the error at every sample.
@@ -105,7 +111,8 @@ class NarxMethod(OrientationMethod):
                 posture,
                 relative,
             )
-        return np.concatenate([first, rest.numpy()])
+        washed = wash_out(rest.numpy(), posture.numpy(), self._washout_gain, np.zeros(3))
+        return np.concatenate([first, washed])
 
     def _take_over(
         self, begun: FloatArray | None, relative: torch.Tensor | None
@@ -134,6 +141,7 @@ class NarxMethod(OrientationMethod):
         state, posture = self._take_over(None, None)
         if state is None:
             state = torch.zeros(3, model.structure.n_state, dtype=torch.float64)
+        mean = np.zeros(3)
 
         def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
             nonlocal starting, state, posture
@@ -145,6 +153,6 @@ class NarxMethod(OrientationMethod):
                 return np.asarray(angles)
             with torch.no_grad():
                 output, state = cell(torch.as_tensor(axis_rates), state, posture)
-            return np.asarray(output.numpy())
+            return wash_out(output.numpy()[None], posture.numpy(), self._washout_gain, mean)[0]
 
         return step

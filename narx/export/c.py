@@ -16,6 +16,7 @@ from narx.errors import UserError
 from narx.export.recurrence import ExportedNarx
 from narx.files import atomic_path
 from narx.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
+from narx.washout import washout_gain
 
 Precision = Literal["double", "float"]
 
@@ -93,6 +94,7 @@ def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
         "movement_time_constant_s": MOVEMENT_TIME_CONSTANT_S,
         "movement_square": MOVEMENT_RAD_S**2,
         "pi": math.pi,
+        "washout_gain": washout_gain(checkpoint.washout_s, interval_s),
         "smallest_cos_frontal": SMALLEST_COS_FRONTAL,
         "rate_offset": scaled.rate_offset_rad_s,
         "rate_scale": scaled.rate_scale_rad_s,

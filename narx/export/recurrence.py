@@ -17,7 +17,8 @@ indices  content
 12       mean square of the rates over the latest second, rad^2/s^2
 13       1 where the start pose is known, else 0
 14-16    posture: angle about which the network swings, rad
-17-      the network's past inputs and outputs, normalised, axis by axis
+17-19    slow mean of the network's deviation from it, which is taken off, rad
+20-      the network's past inputs and outputs, normalised, axis by axis
 ======== ==================================================================
 
 The first 14 are those of `narx.start_up.StartUp`, and stay as they are once the network works.
@@ -34,8 +35,9 @@ from narx.cell import coupled_rates
 from narx.checkpoint import Checkpoint
 from narx.errors import MethodNotApplicableError
 from narx.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S, MOVING_S, STATE_SIZE
+from narx.washout import washout_gain
 
-_NETWORK = STATE_SIZE + 3
+_NETWORK = STATE_SIZE + 6
 
 
 class ExportedNarx(nn.Module):
@@ -70,6 +72,7 @@ class ExportedNarx(nn.Module):
     movement_time_constant_s: Tensor
     movement_square: Tensor
     pi: Tensor
+    washout_gain: Tensor
 
     def __init__(self, checkpoint: Checkpoint) -> None:
         super().__init__()
@@ -94,6 +97,7 @@ class ExportedNarx(nn.Module):
             ("movement_time_constant_s", MOVEMENT_TIME_CONSTANT_S),
             ("movement_square", MOVEMENT_RAD_S**2),
             ("pi", math.pi),
+            ("washout_gain", washout_gain(checkpoint.washout_s, 1.0 / self.sampling_rate_hz)),
         ):
             self.register_buffer(name, torch.tensor(value, dtype=torch.float64))
         self.input_lags = model.structure.input_lags
@@ -213,7 +217,7 @@ class ExportedNarx(nn.Module):
         new_state = torch.cat(
             [
                 angles, rates, posture_sum, posture_weight, time, moving, mean_square, known,
-                posture, torch.stack(network, dim=-1).reshape(-1),
+                posture, state[17:20], torch.stack(network, dim=-1).reshape(-1),
             ]
         )  # fmt: skip
         return angles, new_state
@@ -232,8 +236,10 @@ class ExportedNarx(nn.Module):
         angles, state : Tensor
             As from `step`.
         """
-        angles, network = self.cell(axis_rates, state[17:].reshape(3, -1), state[14:17])
-        return angles, torch.cat([state[:17], network.reshape(-1)])
+        posture, mean = state[14:17], state[17:20]
+        angles, network = self.cell(axis_rates, state[20:].reshape(3, -1), posture)
+        mean = mean + self.washout_gain * (angles - posture - mean)
+        return angles - mean, torch.cat([state[:17], mean, network.reshape(-1)])
 
 
 class StepGraph(nn.Module):

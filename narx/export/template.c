@@ -13,6 +13,7 @@
 #define MOVEMENT_TIME_CONSTANT_S ${movement_time_constant_s}
 #define MOVEMENT_SQUARE ${movement_square}
 #define PI ${pi}
+#define WASHOUT_GAIN ${washout_gain} /* of the slow mean that is taken off */
 #define SMALLEST_COS_FRONTAL ${smallest_cos_frontal}
 #define COUPLED ${coupled} /* rates become those of the angles by the tilt so far */
 
@@ -132,7 +133,9 @@ static void network_step(narx_state *state, const narx_real axis_rates[3])
         if (PAST_INPUTS > 0)
             network[0] = input;
         network[PAST_INPUTS] = output;
-        state->angles[axis] = output * ANGLE_SCALE + ANGLE_OFFSET + state->posture[axis];
+        output = output * ANGLE_SCALE + ANGLE_OFFSET;
+        state->mean[axis] += WASHOUT_GAIN * (output - state->mean[axis]);
+        state->angles[axis] = output + state->posture[axis] - state->mean[axis];
     }
 }
 

@@ -31,6 +31,7 @@ typedef struct {
     narx_real posture_weight; /* sum of those weights */
     narx_real mean_square;    /* of the rates over the latest second, rad^2/s^2 */
     narx_real posture[3];     /* angle about which the network swings, rad */
+    narx_real mean[3];        /* of the latest deviations from it, taken off, rad */
     narx_real network[3][NARX_NETWORK_STATE]; /* past inputs, then past outputs, newest first */
     unsigned long samples;                    /* since the start, while starting */
     unsigned long moving_left;                /* samples in movement, left of the start-up */

@@ -30,6 +30,7 @@ def checkpoint():
         "own",
         (0.1, 0.2, 0.3),
         {"trained_on": ["a", "b"], "report": {"cost": 0.5, "restarts": {"best": 1}}},
+        7.5,
     )
 
 
@@ -43,7 +44,7 @@ def test_everything_comes_back(checkpoint, path):
     again = checkpoints.load(path)
     assert torch.equal(again.model.weights, checkpoint.model.weights)
     assert again.model.to_config() == checkpoint.model.to_config()
-    for name in ("start_up", "axis_scaling", "error_std_rad", "history"):
+    for name in ("start_up", "axis_scaling", "error_std_rad", "history", "washout_s"):
         assert getattr(again, name) == getattr(checkpoint, name)
     rates = np.random.default_rng(0).normal(size=(300, 3))
     signals = SegmentSignals("thigh", 94.3, rates, np.zeros_like(rates), np.zeros(3))
@@ -65,8 +66,15 @@ def test_saving_again_writes_the_same(checkpoint, path):
 def test_it_holds_plain_data_alone(path):
     content = torch.load(path, weights_only=True)
     assert set(content) == {
-        "model", "weights", "start_up", "axis_scaling", "error_std_rad", "history",
+        "model", "weights", "start_up", "axis_scaling", "error_std_rad", "history", "washout_s",
     }  # fmt: skip
+
+
+def test_a_file_without_a_washout_runs_without_one(checkpoint, path):
+    content = torch.load(path, weights_only=True)
+    del content["washout_s"]
+    torch.save(content, path)
+    assert checkpoints.load(path).washout_s is None
 
 
 class Code:
@@ -118,6 +126,7 @@ def without_weights(path):
         changed(model={"format": 99}),
         changed(start_up={"duration_s": 1.0, "unknown": 2.0}),
         changed(axis_scaling="other"),
+        changed(washout_s=0.0),
         lambda path: torch.save([1, 2, 3], path),
     ],
 )

@@ -48,7 +48,7 @@ def test_stream_equals_batch(motion, start_up, coupled, odd):
     rates = signals.axis_rates_rad_s.copy()
     rates[[0, 300, 301, 1200]] = np.nan  # before, amid and after the start-up
     signals = replace(signals, axis_rates_rad_s=rates)
-    method = NarxMethod(network(coupled=coupled, odd=odd, seed=1), start_up)
+    method = NarxMethod(network(coupled=coupled, odd=odd, seed=1), start_up, washout_s=5.0)
     angles = method.estimate(signals)
     np.testing.assert_allclose(by_stream(method, signals), angles, atol=1e-9, rtol=0)
     assert np.rad2deg(np.nanmax(np.abs(angles))) > 10.0
@@ -70,7 +70,8 @@ def test_a_gap_is_as_if_time_had_stood_still(motion):
     there = np.ones(len(rates), dtype=bool)
     there[[3, 500, 501, 1500]] = False
     rates[~there] = np.nan
-    method = NarxMethod(network(), START_UP, error_std_rad=np.array([0.1, 0.2, 0.3]))
+    std_rad = np.array([0.1, 0.2, 0.3])
+    method = NarxMethod(network(), START_UP, error_std_rad=std_rad, washout_s=5.0)
     gappy = replace(signals, axis_rates_rad_s=rates)
     angles = method.estimate(gappy)
     assert np.isnan(angles[~there]).all()
@@ -107,7 +108,7 @@ def test_a_known_start_keeps_the_mean_angle_and_an_unknown_one_swings_about_zero
 def test_nothing_jumps_where_the_network_takes_over(motion, known):
     walk = motion("walking", duration_s=12.0)
     signals = walk.signals if known else unknown(walk)
-    angles = NarxMethod(network(), START_UP).estimate(signals)
+    angles = NarxMethod(network(), START_UP, washout_s=5.0).estimate(signals)
     taken = len(
         START_UP.run(signals.axis_rates_rad_s, 0.01, START_UP.begin(signals.initial_angles_rad))
     )
@@ -120,7 +121,7 @@ def test_without_start_up_it_is_the_network_alone(motion):
     signals = motion("walking", duration_s=5.0).signals
     model = network(seed=2)
     for start in (None, np.array([0.3, 0.1, 0.0])):
-        method = NarxMethod(model, StartUp(duration_s=0.0))
+        method = NarxMethod(model, StartUp(duration_s=0.0), washout_s=None)
         angles = method.estimate(replace(signals, initial_angles_rad=start))
         with torch.no_grad():
             alone, _ = model(torch.from_numpy(signals.axis_rates_rad_s))
@@ -206,6 +207,8 @@ def test_a_recording_at_another_rate_keeps_its_gaps(motion):
 def test_refusals():
     with pytest.raises(UserError, match="axis_scaling is 'mine', expected one of training, own"):
         NarxMethod(network(), axis_scaling="mine")
+    with pytest.raises(UserError, match="washout_s is 0.0, expected seconds above zero"):
+        NarxMethod(network(), washout_s=0.0)
     with pytest.raises(MethodNotApplicableError, match="at 100 Hz, not at 50 Hz"):
         NarxMethod(network()).stream(50.0)
     with pytest.raises(MethodNotApplicableError, match="axis_scaling=own needs the whole record"):

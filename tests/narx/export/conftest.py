@@ -17,7 +17,14 @@ RATE_HZ = 25.0
 
 
 def make_checkpoint(
-    *, odd=True, coupled=True, hidden=3, input_lags=2, output_lags=2, duration_s=3.0
+    *,
+    odd=True,
+    coupled=True,
+    hidden=3,
+    input_lags=2,
+    output_lags=2,
+    duration_s=3.0,
+    washout_s=2.0,
 ):
     offsets = (0.0, 0.0) if odd or coupled else (0.1, -0.05)
     model = Narx(
@@ -31,7 +38,8 @@ def make_checkpoint(
     weights = 0.4 * torch.randn(model.weights.shape, generator=generator, dtype=torch.float64)
     with torch.no_grad():
         model.weights.copy_(weights * model.trainable)
-    return Checkpoint(model, StartUp(duration_s=duration_s, averaging_s=1.0))
+    start_up = StartUp(duration_s=duration_s, averaging_s=1.0)
+    return Checkpoint(model, start_up, washout_s=washout_s)
 
 
 CHECKPOINTS = {
@@ -39,6 +47,7 @@ CHECKPOINTS = {
     "biases": make_checkpoint(odd=False),
     "axis_by_axis": make_checkpoint(coupled=False),
     "offsets": make_checkpoint(odd=False, coupled=False),
+    "no_washout": make_checkpoint(washout_s=None),
     "no_start_up": make_checkpoint(odd=False, duration_s=0.0),
     "shortest_delays": make_checkpoint(odd=False, hidden=5, input_lags=1, output_lags=1),
     "longer_delays": make_checkpoint(hidden=2, input_lags=4, output_lags=3),

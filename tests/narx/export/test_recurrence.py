@@ -50,6 +50,9 @@ def test_the_network_takes_over_after_enough_movement_as_in_the_package(checkpoi
     posture, *_ = start_up.hand_over(start, 1 / 25.0)
     np.testing.assert_allclose(state[14:17], posture, atol=1e-12, rtol=0)
     assert np.abs(posture).min() > 1e-3
+    # nothing is taken off until then, and from then on more and more
+    assert not before[17:20].any()
+    assert state[17:20].all()
 
 
 def test_sample_by_sample_equals_the_package_stream(checkpoint, rates):
