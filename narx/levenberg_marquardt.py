@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from narx.least_squares.damping import Damping, damped_steps, step_by_qr
+from narx.least_squares.decision import CODES, RUNNING, decide
 from narx.least_squares.problem import FloatArray, LeastSquaresProblem
 from narx.least_squares.stopping import ResultCode, Stopping
 
 # beyond this condition of JTJ the normal equations have lost half of what float64 holds
 _ILL_CONDITIONED = 1e13
+_HISTORY = ("cost", "damping", "gradient")
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ def levenberg_marquardt(
     run.free = free if trainable is None else free[np.asarray(trainable, dtype=bool)]
     run.start()
     for evaluation in range(1, run.options.stopping.max_evaluations + 1):
-        active = np.flatnonzero(run.codes == ResultCode.RUNNING)
+        active = np.flatnonzero(run.codes == RUNNING)
         if not len(active):
             break
         run.iterate(active, log)
@@ -133,82 +135,71 @@ class _Run:
     def __init__(self, problem: LeastSquaresProblem, weights: FloatArray, options: Options) -> None:
         n = len(weights)
         self.problem, self.options, self.weights = problem, options, weights
-        self.products = problem.products(weights)
+        self.products = np.ascontiguousarray(problem.products(weights))
         self.decay = np.full(n, options.weight_decay)
-        self.codes = np.full(n, ResultCode.RUNNING, dtype=object)
+        self.codes = np.full(n, RUNNING)
         self.mu, self.growth = np.full(n, options.damping.initial), np.full(n, 2.0)
         self.mu_unit = options.damping.scale(self.products)
         self.n_evaluations = np.zeros(n, dtype=np.int64)
-        self.history: dict[str, list[FloatArray]] = {"cost": [], "damping": [], "gradient": []}
+        self.history: list[FloatArray] = []
         self.best = weights.copy()
         self.best_cost = np.full(n, np.nan)
         self.best_error = np.full(n, np.inf)
         self.failures = np.zeros(n, dtype=np.int64)
         self.validated = False
+        stopping, damping = options.stopping, options.damping
+        squares = stopping.cost * max(problem.n_residuals, 1)
+        self.stopping = (stopping.gradient, stopping.step, stopping.cost_change, squares)
+        self.damping = (damping.increase, damping.decrease, damping.smallest, damping.largest)
 
     def start(self) -> None:
         self.cost = self._cost(self.products, self.weights, self.decay)
-        self.codes[~np.isfinite(self.cost)] = ResultCode.NOT_FINITE
+        self.codes[~np.isfinite(self.cost)] = CODES.index(ResultCode.NOT_FINITE)
 
     def iterate(
         self, active: NDArray[np.int64], log: Callable[[dict[str, FloatArray]], None] | None
     ) -> None:
-        stopping, damping = self.options.stopping, self.options.damping
-        n = len(active)
-        steps, predicted = np.empty((n, self.weights.shape[1])), np.empty(n)
-        gradient, condition = np.empty(n), np.empty(n)
-        weights, decay = self.weights[active], self.decay[active]
-        mu, products = self.mu[active] * self.mu_unit[active], self.products[active]
-        diagonal = damping.scaling == "diagonal"
+        damping = self.options.damping
+        n, diagonal = len(active), damping.scaling == "diagonal"
+        trial, predicted = np.empty((n, self.weights.shape[1])), np.empty(n)
+        gradient, condition = np.full(len(self.cost), np.nan), np.empty(n)
+        mu = self.mu * self.mu_unit
         damped_steps(
-            products, weights, self.free, mu, decay, diagonal, steps, predicted, gradient, condition
-        )
+            active, self.products, self.weights, self.free, mu, self.decay, diagonal,
+            trial, predicted, gradient, condition,
+        )  # fmt: skip
         if self.options.linear_solve != "cholesky":
-            poor = ~(condition < _ILL_CONDITIONED)
-            if self.options.linear_solve == "qr":
-                poor[:] = True
-            for i in np.flatnonzero(poor):
-                residuals, jacobian = self.problem.residuals(weights[i])
-                steps[i] = step_by_qr(
-                    residuals, jacobian, weights[i], self.free, mu[i], decay[i], diagonal
-                )
-        self._record(active, gradient, log)
-        old = self.cost[active]
-        flat = gradient <= stopping.gradient * np.maximum(old, np.finfo(float).tiny)
-        trial = weights + steps
-        trial_products = self.problem.products(trial)
-        cost = self._cost(trial_products, trial, decay)
+            self._solve_by_qr(active, mu, condition, trial, predicted)
+        self._record(mu, gradient, log)
+        trial_products = np.ascontiguousarray(self.problem.products(trial))
         self.n_evaluations[active] += 1
-        kept = cost < old
-        with np.errstate(invalid="ignore", divide="ignore"):
-            gain = (old - cost) / predicted
-        self.mu[active], self.growth[active] = damping.update(
-            self.mu[active], self.growth[active], kept, gain
-        )
-        if kept.all():
-            chosen = active
-        else:
-            chosen = active[kept]
-            trial, trial_products, cost = trial[kept], trial_products[kept], cost[kept]
-        self.weights[chosen], self.products[chosen] = trial, trial_products
-        self.cost[chosen] = cost
-        if self.options.bayesian and len(chosen):
-            self._choose_decay(chosen)
-        size = np.sqrt((steps * steps).sum(axis=1))
-        reach = np.sqrt((weights * weights).sum(axis=1))
-        n_residuals = max(self.problem.n_residuals, 1)
-        low = self.products[active, -1, -1] <= stopping.cost * n_residuals
-        small = kept & (size <= stopping.step * reach)
-        stalled = kept & (old - self.cost[active] <= stopping.cost_change * old)
-        for code, rule in (
-            (ResultCode.DAMPING, self.mu[active] > damping.largest),
-            (ResultCode.COST_CHANGE, stalled & (stopping.cost_change > 0)),
-            (ResultCode.STEP, small & (stopping.step > 0)),
-            (ResultCode.COST, low & (stopping.cost > 0)),
-            (ResultCode.GRADIENT, flat & (stopping.gradient > 0)),
-        ):
-            if rule.any():
-                self.codes[active[rule]] = code
+        kept = np.empty(n, dtype=np.bool_)
+        decide(
+            active, trial, trial_products, predicted, gradient, self.free, self.decay,
+            self.stopping, damping.policy == "gain_ratio", self.damping,
+            self.weights, self.products, self.cost, self.mu, self.growth, self.codes, kept,
+        )  # fmt: skip
+        if self.options.bayesian and kept.any():
+            self._choose_decay(active[kept])
+
+    def _solve_by_qr(
+        self,
+        active: NDArray[np.int64],
+        mu: FloatArray,
+        condition: FloatArray,
+        trial: FloatArray,
+        predicted: FloatArray,
+    ) -> None:
+        """Replace the steps for which the normal equations are not good enough."""
+        diagonal = self.options.damping.scaling == "diagonal"
+        everywhere = self.options.linear_solve == "qr"
+        for at in np.flatnonzero(everywhere | ~(condition < _ILL_CONDITIONED)):
+            r = active[at]
+            residuals, jacobian = self.problem.residuals(self.weights[r])
+            step, predicted[at] = step_by_qr(
+                residuals, jacobian, self.weights[r], self.free, mu[r], self.decay[r], diagonal
+            )
+            trial[at] = self.weights[r] + step
 
     def validate(self, validation: LeastSquaresProblem) -> None:
         """Compare the weights kept so far on held-back samples."""
@@ -218,15 +209,15 @@ class _Run:
         self.best[better], self.best_error[better] = self.weights[better], error[better]
         self.best_cost[better] = 0.5 * self.products[better, -1, -1]
         self.failures = np.where(better, 0, self.failures + 1)
-        tired = (self.failures >= self.options.stopping.patience) & (
-            self.codes == ResultCode.RUNNING
-        )
-        self.codes[tired] = ResultCode.VALIDATION
+        tired = (self.failures >= self.options.stopping.patience) & (self.codes == RUNNING)
+        self.codes[tired] = CODES.index(ResultCode.VALIDATION)
 
     def result(self) -> Result:
-        self.codes[self.codes == ResultCode.RUNNING] = ResultCode.EVALUATIONS
-        everyone = np.arange(len(self.codes))
-        self._record(everyone, np.full(len(everyone), np.nan), None)
+        self.codes[self.codes == RUNNING] = CODES.index(ResultCode.EVALUATIONS)
+        self.history.append(
+            np.array([self.cost, self.mu * self.mu_unit, np.full(len(self.cost), np.nan)])
+        )
+        history = np.array(self.history)
         cost = 0.5 * self.products[:, -1, -1]
         weights = self.weights
         if self.validated:
@@ -236,10 +227,10 @@ class _Run:
         return Result(
             weights,
             cost,
-            list(self.codes),
+            [CODES[code] for code in self.codes],
             self.n_evaluations,
             self.decay,
-            {name: np.array(rows) for name, rows in self.history.items()},
+            {name: history[:, i] for i, name in enumerate(_HISTORY)},
         )
 
     def _cost(self, products: FloatArray, weights: FloatArray, decay: FloatArray) -> FloatArray:
@@ -266,14 +257,12 @@ class _Run:
 
     def _record(
         self,
-        active: NDArray[np.int64],
+        mu: FloatArray,
         gradient: FloatArray,
         log: Callable[[dict[str, FloatArray]], None] | None,
     ) -> None:
-        values = {"cost": self.cost, "damping": self.mu * self.mu_unit}
-        for name in self.history:
-            row = np.full(len(self.cost), np.nan)
-            row[active] = gradient if name == "gradient" else values[name][active]
-            self.history[name].append(row)
+        row = np.array([self.cost, mu, gradient])
+        row[:, self.codes != RUNNING] = np.nan
+        self.history.append(row)
         if log is not None:
-            log({name: rows[-1] for name, rows in self.history.items()})
+            log(dict(zip(_HISTORY, row, strict=True)))

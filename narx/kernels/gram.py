@@ -78,3 +78,23 @@ def add_products(rows: Any, start: int, stop: int, sums: Any) -> None:
             store(v, sums, (i + 3, j + 1, 0), s31)
             store(v, sums, (i + 3, j + 2, 0), s32)
             store(v, sums, (i + 3, j + 3, 0), s33)
+
+
+@njit(**JIT)
+def fold(sums: Any, products: Any) -> None:
+    """Turn sums (G, K, K, 8) of groups into products (R, S, S), lower triangles.
+
+    One start has all groups and lanes, added up in their order; of several, each has a lane.
+    """
+    n_starts, size = len(products), products.shape[1]
+    for r in range(n_starts):
+        for i in range(size):
+            for j in range(i + 1):
+                if n_starts > 1:
+                    products[r, i, j] = sums[r // 8, i, j, r % 8]
+                else:
+                    total = 0.0
+                    for group in range(len(sums)):
+                        for lane in range(8):
+                            total += sums[group, i, j, lane]
+                    products[r, i, j] = total

@@ -168,12 +168,13 @@ def residuals(
     width: Any,
 ) -> None:
     """Put output minus target into a row (NaN where the target is missing)."""
-    lead = head(n_out, width)
+    # one-dimensional, so that the compiler sees neighbours in memory
+    output, error = out[0, n_out * width :], rows[row, head(n_out, width) :]
     for lane in range(width):
-        target = targets[sequence[lane]]
+        target = targets[sequence[lane], start:]
         for t in range(begin, end):
             at = t * width + lane
-            rows[row, lead + at] = out[0, at + n_out * width] - target[start + t]
+            error[at] = output[at] - target[t]
 
 
 @njit(**JIT)
@@ -185,10 +186,12 @@ def restart(
     measured = np.empty(n_out)
     for lane in range(width):
         q = sequence[lane]
+        missing = False
         for m in range(n_out):
             k = start + begin - 1 - m
             measured[m] = targets[q, k] if k >= 0 else state[q, n_past - k - 1]
-        if not np.isnan(measured).any():
+            missing |= np.isnan(measured[m])
+        if not missing:
             for m in range(n_out):
                 y[0, (begin + n_out - 1 - m) * width + lane] = measured[m]
             since[lane] = 0

@@ -62,7 +62,8 @@ def fetch_weights(weights: Any, sequence: Any, packed: Any) -> None:
     """Fill packed (P, W) from weights (B, P), or from the one row that there is."""
     for lane in range(len(sequence)):
         q = sequence[lane] if len(weights) > 1 else 0
-        packed[:, lane] = weights[q]
+        for i in range(weights.shape[1]):  # assigning a row would take two seconds to compile
+            packed[i, lane] = weights[q, i]
 
 
 @njit(**JIT)

@@ -56,63 +56,51 @@ class Damping:
         largest = diagonal.max(axis=1)
         return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
 
-    def update(
-        self, mu: FloatArray, growth: FloatArray, kept: NDArray[np.bool_], gain: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Change mu after a step.
 
-        Parameters
-        ----------
-        mu : ndarray, shape (R,)
-            Damping of the step, relative.
-        growth : ndarray, shape (R,)
-            Factor of the next increase (policy ``gain_ratio``).
-        kept : ndarray of bool, shape (R,)
-            Whether the step was kept.
-        gain : ndarray, shape (R,)
-            Actual over predicted decrease.
+@njit(**JIT)
+def adapt(
+    mu: float, growth: float, kept: bool, gain: float, gain_ratio: bool, factors: Any
+) -> tuple[float, float]:
+    """Change mu after a step; returns mu and the factor of the next increase.
 
-        Returns
-        -------
-        mu, growth : ndarray, shape (R,)
-            For the next step.
-        """
-        if self.policy == "factor":
-            mu = mu * np.where(kept, self.decrease, self.increase)
-        else:
-            shrink = np.maximum(1.0 / 3.0, 1.0 - (2.0 * np.where(kept, gain, 1.0) - 1.0) ** 3)
-            mu, growth = (
-                mu * np.where(kept, shrink, growth),
-                np.where(kept, 2.0, 2.0 * growth),
-            )
-        return np.maximum(mu, self.smallest), growth
+    `gain` is the actual over the predicted decrease; factors: increase, decrease, smallest mu.
+    """
+    increase, decrease, smallest = factors
+    if not gain_ratio:
+        return max(mu * (decrease if kept else increase), smallest), growth
+    if not kept:
+        return max(mu * growth, smallest), 2.0 * growth
+    bend = 2.0 * gain - 1.0
+    return max(mu * max(1.0 / 3.0, 1.0 - bend * bend * bend), smallest), 2.0
 
 
 @njit(**JIT)
 def damped_steps(
+    active: Any,
     products: Any,
     weights: Any,
     free: Any,
     mu: Any,
     decay: Any,
     diagonal: bool,
-    steps: Any,
+    trial: Any,
     predicted: Any,
     gradient: Any,
     condition: Any,
 ) -> None:
     """Solve (JTJ + decay I + damping) step = -gradient by Cholesky, start by start.
 
-    products (R, P + 1, P + 1), weights (R, P), free (F,) indices that may move, mu and decay
-    (R,). steps (R, P) are zero where not free and NaN where the matrix is not positive;
-    predicted (R,) decrease of the quadratic model, gradient (R,) its largest entry, condition
-    (R,) of the matrix as the factor's diagonal shows it.
+    active (A,) of the R starts; products (R, P + 1, P + 1), weights (R, P), free (F,) indices
+    that may move, mu and decay (R,). trial (A, P) weights after the step, NaN where the matrix
+    is not positive; predicted (A,) decrease of the quadratic model, gradient (R,) its largest
+    entry, condition (A,) of the matrix as the factor's diagonal shows it.
     """
     n, n_weights = len(free), weights.shape[1]
     factor = np.empty((n, n))
     g = np.empty(n)
     s = np.empty(n)
-    for r in range(len(products)):
+    for at in range(len(active)):
+        r = active[at]
         largest = 0.0
         for i in range(n):
             a = free[i]
@@ -130,7 +118,7 @@ def damped_steps(
                 factor[i, j] = np.sqrt(x) if i == j else x / factor[j, j]
             positive = factor[i, i] > 0.0
             low, high = min(low, factor[i, i]) if positive else 0.0, max(high, factor[i, i])
-        condition[r] = (high / low) ** 2
+        condition[at] = (high / low) ** 2
         for i in range(n):
             x = -g[i]
             for k in range(i):
@@ -142,16 +130,17 @@ def damped_steps(
                 x -= factor[k, i] * s[k]
             s[i] = x / factor[i, i]
         decrease = 0.0
-        steps[r] = 0.0
+        for i in range(n_weights):
+            trial[at, i] = weights[r, i]
         for i in range(n):
             a = free[i]
-            steps[r, a] = s[i]
+            trial[at, a] += s[i]
             scale = mu[r]
             if diagonal:
                 scale *= products[r, a, a]
             # L(0) - L(step) = step' (damping step - gradient) / 2
             decrease += 0.5 * s[i] * (scale * s[i] - g[i])
-        predicted[r] = decrease
+        predicted[at] = decrease
 
 
 def step_by_qr(
@@ -162,7 +151,7 @@ def step_by_qr(
     mu: float,
     decay: float,
     diagonal: bool,
-) -> FloatArray:
+) -> tuple[FloatArray, float]:
     """Solve for one step by QR of the augmented system, which does not square the condition.
 
     Parameters
@@ -182,17 +171,22 @@ def step_by_qr(
 
     Returns
     -------
-    ndarray, shape (P,)
+    step : ndarray, shape (P,)
         Least-squares solution of ``[J; sqrt(mu) D; sqrt(decay) I] s = -[r; 0; sqrt(decay) w]``.
+    predicted : float
+        Decrease of the quadratic model.
     """
     j = jacobian[:, free]
     scale = np.linalg.norm(j, axis=0) if diagonal else np.ones(len(free))
     blocks = [j, np.diag(np.sqrt(mu) * scale), np.sqrt(decay) * np.eye(len(free))]
-    right = [residuals, np.zeros(len(free)), np.sqrt(decay) * weights[free]]
-    q, r = np.linalg.qr(np.concatenate(blocks))
+    matrix = np.concatenate(blocks)
+    wanted = -np.concatenate([residuals, np.zeros(len(free)), np.sqrt(decay) * weights[free]])
+    q, r = np.linalg.qr(matrix)
     step = np.zeros_like(weights)
     try:
-        step[free] = np.linalg.solve(r, -(q.T @ np.concatenate(right)))
+        step[free] = np.linalg.solve(r, q.T @ wanted)
     except np.linalg.LinAlgError:
         step[free] = np.nan
-    return step
+    s = step[free]
+    # as in `damped_steps`: step' (damping step - gradient) / 2
+    return step, float(0.5 * (mu * (scale * s) @ (scale * s) + (matrix.T @ wanted) @ s))

@@ -6,6 +6,7 @@ from torch import Tensor
 
 from narx._arrays import EXACT, broadcast, flat, in_lanes, kernel_shape, lanes_for
 from narx.closed_loop import closed_loop_jacobian
+from narx.kernels.gram import fold
 from narx.kernels.lanes import VECTOR
 from narx.kernels.normal import normal_equations
 from narx.kernels.threads import in_threads
@@ -72,6 +73,8 @@ class NetworkFit:
         n_samples = there.shape[1]
         last = n_samples - np.argmax(there[:, ::-1], axis=1) if n_samples else 0
         self._lengths = np.where(there.any(axis=1), last, 0).astype(np.int64)
+        lanes = lanes_for(len(self._inputs))
+        self._in_step = lanes, in_lanes(len(self._inputs), len(lanes))[:, None]
         self._full = np.full(len(there), n_samples, dtype=np.int64)
         self.n_weights = structure.n_weights
         if horizon == 1:  # a sample counts if what it looks back at is there too
@@ -152,8 +155,7 @@ class NetworkFit:
         n_sequences, n_starts = len(self._inputs), len(weights)
         n_rows = self.n_weights // 4 * 4 + 4
         if n_starts == 1:  # sequences in step
-            lanes = lanes_for(n_sequences)
-            groups = in_lanes(n_sequences, len(lanes))[:, None]
+            lanes, groups = self._in_step
             packed = [np.repeat(weights.T, len(lanes), axis=1)] * len(groups)
         else:  # starts in step, one sequence after another
             lanes = VECTOR
@@ -175,8 +177,6 @@ class NetworkFit:
                 )  # fmt: skip
 
         in_threads(part, len(groups), 1)
-        size = self.n_weights + 1
-        if n_starts == 1:
-            return sums.sum(axis=(0, -1))[None, :size, :size], final
-        by_start = np.moveaxis(sums, -1, 1).reshape(-1, n_rows, n_rows)
-        return by_start[:n_starts, :size, :size], final
+        products = np.zeros((n_starts, self.n_weights + 1, self.n_weights + 1))
+        fold(sums, products)
+        return products, final

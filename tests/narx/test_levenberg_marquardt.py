@@ -120,12 +120,13 @@ def test_the_step_solves_the_augmented_system():
     free = np.array([0, 2, 3, 5])
     mu, decay = 0.3, 0.2
     for diagonal in (False, True):
-        steps, numbers = np.empty((1, 6)), [np.empty(1) for _ in range(3)]
+        trial, numbers = np.empty((1, 6)), [np.empty(1) for _ in range(3)]
         damped_steps(
-            (both.T @ both)[None], w[None], free, np.array([mu]), np.array([decay]), diagonal,
-            steps, *numbers,
+            np.array([0]), (both.T @ both)[None], w[None], free, np.array([mu]),
+            np.array([decay]), diagonal, trial, *numbers,
         )  # fmt: skip
-        by_qr = step_by_qr(r, jac, w, free, mu, decay, diagonal)
+        steps = trial - w
+        by_qr, promised = step_by_qr(r, jac, w, free, mu, decay, diagonal)
         j = jac[:, free]
         scale = np.diag(j.T @ j) if diagonal else np.ones(4)
         matrix = j.T @ j + decay * np.eye(4) + mu * np.diag(scale)
@@ -136,7 +137,7 @@ def test_the_step_solves_the_augmented_system():
         # the decrease that the quadratic model promises
         s = expected
         model = (j.T @ r + decay * w[free]) @ s + 0.5 * s @ (j.T @ j + decay * np.eye(4)) @ s
-        np.testing.assert_allclose(numbers[0][0], -model)
+        np.testing.assert_allclose([numbers[0][0], promised], -model)
 
 
 def test_qr_where_the_normal_equations_are_too_ill_conditioned():
