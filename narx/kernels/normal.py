@@ -170,11 +170,15 @@ def residuals(
     """Put output minus target into a row (NaN where the target is missing)."""
     # one-dimensional, so that the compiler sees neighbours in memory
     output, error = out[0, n_out * width :], rows[row, head(n_out, width) :]
-    for lane in range(width):
-        target = targets[sequence[lane], start:]
+    if width == 1:
+        target = targets[sequence[0], start:]
         for t in range(begin, end):
-            at = t * width + lane
-            error[at] = output[at] - target[t]
+            error[t] = output[t] - target[t]
+    else:
+        for t in range(begin, end):
+            for lane in range(width):
+                at = t * width + lane
+                error[at] = output[at] - targets[sequence[lane], start + t]
 
 
 @njit(**JIT)
