@@ -18,7 +18,8 @@ from experiments.gathered import Gathered
 from experiments.reports.report import Report, Section
 from experiments.reports.tham_wording import against_print
 from experiments.tables.comparison import comparison_table
-from experiments.tables.quality import coverage_table, drift_table
+from experiments.tables.drift import drift_table
+from experiments.tables.quality import coverage_table
 from experiments.tables.table import Table
 from experiments.tables.tham import comparison_with_print, interval_table, tham_tables
 from narx.calibration import CalibratedSegment
@@ -193,5 +194,6 @@ def comparison_sections(cfg: DictConfig, gathered: Gathered) -> list[Section]:
         comparison_table(gathered.results, quantity, against, cfg.seed)
         for quantity in ("precision_deg", "rmse_deg")
     ]
-    tables += [drift_table(gathered.evaluated, cfg.methods), coverage_table(gathered.evaluated)]
+    tables.append(drift_table(gathered.evaluated, cfg.methods, seed=cfg.seed))
+    tables.append(coverage_table(gathered.evaluated))
     return [table for table in tables if table is not None]
