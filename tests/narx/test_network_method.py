@@ -207,7 +207,7 @@ def test_a_recording_at_another_rate_keeps_its_gaps(motion):
 def test_refusals():
     with pytest.raises(UserError, match="axis_scaling is 'mine', expected one of training, own"):
         NarxMethod(network(), axis_scaling="mine")
-    with pytest.raises(UserError, match="washout_s is 0.0, expected seconds above zero"):
+    with pytest.raises(UserError, match=r"washout_s is 0\.0, expected seconds above zero"):
         NarxMethod(network(), washout_s=0.0)
     with pytest.raises(MethodNotApplicableError, match="at 100 Hz, not at 50 Hz"):
         NarxMethod(network()).stream(50.0)
