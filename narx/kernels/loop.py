@@ -34,7 +34,8 @@ def run(
     """Run sequences `first` to `last`: weights (B or 1, P), inputs (B, N, C), state (B, S)."""
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width = len(lanes)
-    tile = TILE_COLUMNS // width
+    # without sensitivities there is room for longer tiles: gathering pays per run of samples
+    tile = max(TILE_COLUMNS // width, 64)
     n_samples = outputs.shape[1]
     sequence = np.zeros(width, np.int64)
     packed = np.empty((weights.shape[1], width))
