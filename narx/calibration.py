@@ -4,19 +4,10 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from narx.anatomical_frame import (
-    MIN_WALK_S,
-    frame_from_gravity,
-    frame_from_left,
-    principal_horizontal_axis,
-    swing_sign,
-    up_from_gravity,
-    walking_band,
-)
-from narx.errors import RecordingError, UserError
+from narx.anatomical_frame import frame_from_gravity, up_from_gravity
+from narx.errors import UserError
 from narx.functional_frame import (
     MOVEMENT,
     functional_frame,
@@ -36,6 +27,7 @@ from narx.segment_angles import (
     mirror_vector,
 )
 from narx.static_bias import static_bias
+from narx.walking_frame import walking_frame
 
 Mode = Literal["auto", "leg", "functional", "walking", "sensor"]
 
@@ -84,7 +76,8 @@ def calibrate(
         knee flexion y of a shank (Tham et al., II-A). ``leg``: the same movements, each seen by
         both sensors of the leg (`narx.functional_frame.leg_frame`). ``walking``: gravity (in
         standing where the trial has it, otherwise over the walk) and the principal horizontal
-        axis of the walking gyroscope as y. ``sensor``: the sensor frame, turned the shortest
+        axis of the walking gyroscope as y, turned until the knee abducts least where both sensors
+        of a leg are there (`narx.knee_axis`). ``sensor``: the sensor frame, turned the shortest
         way so that z is up at rest (or over the first second), for what is not a leg; a second
         sensor is given the heading of the first at rest by the reference, where that tracked the
         sensors, so that the joint between them starts at zero. ``auto``: leg, functional or
@@ -147,7 +140,11 @@ def _calibrate_segment(
     if chosen == "leg":
         to_anatomical, how = leg_frame(trial, segment)
     else:
-        build = {"functional": functional_frame, "walking": _walking, "sensor": _upright_sensor}
+        build = {
+            "functional": functional_frame,
+            "walking": walking_frame,
+            "sensor": _upright_sensor,
+        }
         to_anatomical, how = build[chosen](trial, segment, bias)
     notes.append(how)
 
@@ -188,30 +185,6 @@ def _available_mode(trial: Trial, segment: str) -> Mode:
     return "functional" if has_own_movement(trial, segment) else "walking"
 
 
-def _walking(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
-    standing = standing_force(trial, segment)
-    force = trial.imus[segment].accelerometer_m_s2[_walking_samples(trial)]
-    up = up_from_gravity(force if standing is None else standing, f"{trial.name}, '{segment}'")
-    walk = _walk(trial, segment, bias)
-    if len(walk) < MIN_WALK_S * trial.sampling_rate_hz:
-        raise RecordingError(
-            f"{trial.name}: {len(walk) / trial.sampling_rate_hz:.1f} s of walking by "
-            f"'{segment}' to calibrate from, expected at least {MIN_WALK_S:g} s"
-        )
-    left = principal_horizontal_axis(walk, up)
-    sign = swing_sign(walk, left)
-    if sign == 0:
-        raise RecordingError(
-            f"{trial.name}: '{segment}' does not swing forward and back at different speeds, "
-            "so forward cannot be told from backward; is it walking?"
-        )
-    source = "mean specific force of the walk" if standing is None else "standing"
-    return frame_from_left(up, sign * left), (
-        f"walking: z from {source}, y from the principal horizontal axis at 0.5-10 Hz, "
-        "sign from the forward swing"
-    )
-
-
 def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
     standing = standing_force(trial, segment)
     if standing is not None:
@@ -237,17 +210,3 @@ def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotat
                 "only the reference knows"
             )
     return frame, how
-
-
-def _walking_samples(trial: Trial) -> NDArray[np.bool_]:
-    if trial.walking_s is None:
-        return np.ones(trial.n_samples, dtype=bool)
-    begin, end = trial.walking_s
-    return np.asarray((trial.time_s >= begin) & (trial.time_s <= end))
-
-
-def _walk(trial: Trial, segment: str, bias: FloatArray) -> FloatArray:
-    # filtered as a whole, then cut, so that a short walk is not all filter transient
-    rate = walking_band(trial.imus[segment].gyroscope_rad_s - bias, trial.sampling_rate_hz)
-    walk = rate[_walking_samples(trial)]
-    return walk[np.isfinite(walk).all(axis=1)]

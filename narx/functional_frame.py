@@ -114,7 +114,7 @@ def has_whole_leg(trial: Trial, segment: str) -> bool:
     bool
         Whether both sensors of the leg have a stand and an abduction, and the shank a flexion.
     """
-    thigh, shank = _leg(segment)
+    thigh, shank = leg_of(segment)
     return (
         has_own_movement(trial, thigh)
         and has_own_movement(trial, shank)
@@ -198,7 +198,7 @@ def leg_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
             f"{trial.name}: the leg of '{segment}' lacks a stand, hip abduction or knee flexion of "
             "thigh and shank for calibration mode 'leg'; 'functional' needs one movement a segment"
         )
-    thigh, shank = _leg(segment)
+    thigh, shank = leg_of(segment)
     up, bias = {}, {}
     for name in (thigh, shank):
         up[name] = _up(trial, name)
@@ -215,7 +215,19 @@ def leg_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
     )
 
 
-def _leg(segment: str) -> tuple[str, str]:
+def leg_of(segment: str) -> tuple[str, str]:
+    """Name the segments that meet in a knee.
+
+    Parameters
+    ----------
+    segment : str
+        Any segment of the leg.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Thigh and shank of its side.
+    """
     suffix = segment.removeprefix(kind_of(segment))
     return f"thigh{suffix}", f"shank{suffix}"
 
