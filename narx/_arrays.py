@@ -39,7 +39,8 @@ def broadcast(
         state = inputs.new_zeros(structure.n_state)
     if state.shape[-1:] != (structure.n_state,):
         raise ValueError(f"state {tuple(state.shape)}, expected (..., {structure.n_state})")
-    lead = torch.broadcast_shapes(weights.shape[:-1], inputs.shape[:-2], state.shape[:-1])
+    # torch's own broadcast_shapes imports a package for symbols, half a second
+    lead = np.broadcast_shapes(weights.shape[:-1], inputs.shape[:-2], state.shape[:-1])
     return (
         weights.expand(*lead, structure.n_weights),
         inputs.expand(*lead, *inputs.shape[-2:]),

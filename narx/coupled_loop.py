@@ -10,6 +10,7 @@ would book the turn of a tilted segment as flexion. The cosine of the frontal an
 
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -232,7 +233,7 @@ def broadcast_axes(
         raise ValueError(f"rates {tuple(rates.shape)}, expected (..., N, 3)")
     state = rates.new_zeros(3, structure.n_state) if state is None else state
     posture = rates.new_zeros(3) if posture is None else posture
-    lead = torch.broadcast_shapes(rates.shape[:-2], state.shape[:-2], posture.shape[:-1])
+    lead = np.broadcast_shapes(rates.shape[:-2], state.shape[:-2], posture.shape[:-1])
     return (
         rates.expand(*lead, *rates.shape[-2:]),
         state.expand(*lead, 3, structure.n_state),

@@ -14,7 +14,7 @@ from narx.kernels.coupled_tile import (
     memory,
 )
 from narx.kernels.gram import add_products
-from narx.kernels.lanes import JIT, VECTOR, load, njit, store
+from narx.kernels.lanes import INNER, JIT, VECTOR, load, njit, store
 from narx.kernels.tile import linearise
 from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for
 
@@ -165,7 +165,7 @@ def coupled_sensitivities(
                 counts[group[lane, 0]] = counted[:, lane]
 
 
-@njit(**JIT)
+@njit(**INNER)
 def count(
     y: Any,
     targets: Any,
@@ -203,7 +203,7 @@ def count(
                 root[axis, at] = weight
 
 
-@njit(**JIT)
+@njit(**INNER)
 def weigh_rows(rows: Any, root: Any, n_rows: int, lead: int, n: int) -> None:
     """Multiply columns by the roots of their weights, unless all are one."""
     whole = True
@@ -215,7 +215,7 @@ def weigh_rows(rows: Any, root: Any, n_rows: int, lead: int, n: int) -> None:
                 rows[i, lead + at] = rows[i, lead + at] * root[at] if root[at] > 0 else 0.0
 
 
-@njit(**JIT)
+@njit(**INNER)
 def add_columns(rows: Any, start: int, stop: int, totals: Any) -> None:
     """Add the columns of each row, eight in turn, to totals (K, 8)."""
     for i in range(len(rows)):
@@ -225,7 +225,7 @@ def add_columns(rows: Any, start: int, stop: int, totals: Any) -> None:
         store(VECTOR, totals, (i, 0), s)
 
 
-@njit(**JIT)
+@njit(**INNER)
 def take_means_off(
     totals: Any, group: Any, counted: Any, sums: Any, n_axes: int, width: int
 ) -> None:
@@ -243,7 +243,7 @@ def take_means_off(
                     sums[axis, i, j, lane] -= mean * totals[axis, j, lane]
 
 
-@njit(**JIT)
+@njit(**INNER)
 def store_jacobian(
     rows: Any, sequence: Any, start: int, n: int, n_axes: int, lead: int, jac: Any
 ) -> None:

@@ -2,7 +2,15 @@
 
 from typing import Any
 
-from narx.kernels.lanes import JIT, exact_cos, exact_sin, magnitude, nearest, njit, where_less
+from narx.kernels.lanes import (
+    INNER,
+    exact_cos,
+    exact_sin,
+    magnitude,
+    nearest,
+    njit,
+    where_less,
+)
 
 COS_FRONTAL_MIN = 0.1  # the angles are singular at a frontal angle of 90 degrees
 
@@ -32,7 +40,7 @@ C0, C1, C2, C3, C4, C5, C6, C7, C8 = (
 )
 
 
-@njit(**JIT)
+@njit(**INNER)
 def sine_cosine(x: Any, exact: Any) -> Any:
     """Sine and cosine: the C library's if `exact` is given, else polynomials (error 3e-16).
 
@@ -53,7 +61,7 @@ def sine_cosine(x: Any, exact: Any) -> Any:
     return (sign * r) * s, sign * c
 
 
-@njit(**JIT)
+@njit(**INNER)
 def angle_rates(
     u_sagittal: Any, u_frontal: Any, u_transverse: Any, sagittal: Any, frontal: Any, exact: Any
 ) -> Any:

@@ -6,12 +6,12 @@ product. Sixteen sums are held in registers at a time.
 
 from typing import Any
 
-from narx.kernels.lanes import JIT, VECTOR, load, njit, store
+from narx.kernels.lanes import INNER, JIT, VECTOR, load, njit, store
 
 BLOCK = 4
 
 
-@njit(**JIT)
+@njit(**INNER)
 def add_products(rows: Any, start: int, stop: int, sums: Any) -> None:
     """Add rows[i] * rows[j] to sums[i, j], lower triangle of blocks.
 

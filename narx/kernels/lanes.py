@@ -38,6 +38,14 @@ JIT: dict[str, Any] = {
     "fastmath": {"contract"},  # fused multiply-add, but NaN stays NaN and order stays order
 }
 
+# of what only kernels call: without an entry from Python, and kept in the cache of its callers
+INNER: dict[str, Any] = {
+    **JIT,
+    "cache": False,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+
 
 def length(n: int) -> tuple[int, ...]:
     """Return a tuple whose length tells a kernel a size at compile time.
@@ -279,6 +287,7 @@ exact_cos = _by_lane(math.cos)
 
 
 __all__ = [
+    "INNER",
     "JIT",
     "SCALAR",
     "VECTOR",

@@ -8,7 +8,7 @@ its activation about 1e5 times, so a cheaper fit would show in the angle.
 
 from typing import Any
 
-from narx.kernels.lanes import JIT, clamp, exact_tanh, njit
+from narx.kernels.lanes import INNER, clamp, exact_tanh, njit
 
 LIMIT = 18.0
 
@@ -37,7 +37,7 @@ Q0, Q1, Q2, Q3, Q4, Q5, Q6, Q7, Q8, Q9 = (
 )
 
 
-@njit(**JIT)
+@njit(**INNER)
 def rational_tanh(x: Any) -> Any:
     """Approximate tanh; NaN stays NaN."""
     x = clamp(x, LIMIT)
@@ -52,7 +52,7 @@ def rational_tanh(x: Any) -> Any:
     return (x * p) / q
 
 
-@njit(**JIT)
+@njit(**INNER)
 def activate(x: Any, exact: Any) -> Any:
     """Apply tanh: the C library's if `exact` is given, else the rational one."""
     if exact is None:

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from narx.kernels.lanes import JIT, njit
+from narx.kernels.lanes import INNER, JIT, njit
 from narx.least_squares.problem import FloatArray
 
 
@@ -57,7 +57,7 @@ class Damping:
         return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
 
 
-@njit(**JIT)
+@njit(**INNER)
 def adapt(
     mu: float, growth: float, kept: bool, gain: float, gain_ratio: bool, factors: Any
 ) -> tuple[float, float]:
