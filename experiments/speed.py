@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -150,10 +151,12 @@ class _Bench:
         starts = normal_starts(_STRUCTURE, 16, self.rng)
         self.weights = multi_start(stages, starts, self.closed).weights
 
-    def time(self, name: str, work: Callable[[], Any] | None, slow: bool = False) -> None:
+    def time(
+        self, name: str, work: Callable[[], Any] | None, slow: bool = False, factor: float = 1.0
+    ) -> None:
         if work is not None:
             repeats = self.cfg.slow_repeats if slow else self.cfg.repeats
-            self.timings[name] = timed(work, repeats)
+            self.timings[name] = timed(work, repeats, factor)
             print(f"  {name:<44} {1e3 * self.timings[name].median_s:12.4g} ms", flush=True)
 
     def ratio(self, peer: str, own: str) -> float | None:
@@ -191,45 +194,52 @@ def _open_loop_training(bench: _Bench) -> dict[str, Any]:
     bench.time("open_loop_lm.narx", lambda: levenberg_marquardt(bench.open, start, options))
     if not cfg.peers:
         return {}
-    scipy_lm = solvers.scipy_open_loop(bench.v, bench.target, n)
-    evaluations = scipy_lm(start).nfev
-    bench.time("open_loop_lm.scipy", lambda: scipy_lm(start), slow=True)
-    # MINPACK may stop early: both are taken per evaluation
-    factor = n / evaluations
-    old = bench.timings["open_loop_lm.scipy"]
-    bench.timings["open_loop_lm.scipy"] = Timing(
-        factor * old.median_s, factor * old.q25_s, factor * old.q75_s, old.n
-    )
-    torch_lm = solvers.torch_levenberg_marquardt_open_loop(bench.v, bench.target, n)
-    if torch_lm is not None:
-        bench.time("open_loop_lm.torch_levenberg_marquardt", lambda: torch_lm(start), slow=True)
-    optimistix = solvers.optimistix_open_loop(bench.v, bench.target, n)
-    if optimistix is not None:
-        bench.time("open_loop_lm.optimistix", lambda: optimistix(start), slow=True)
+    for name, train in _solvers(bench, n).items():
+        # some stop early: all are taken per step
+        factor = n / max(train(start, 0.0).n_steps, 1)
+        bench.time(f"open_loop_lm.{name}", partial(train, start, 0.0), slow=True, factor=factor)
     return _race(bench)
+
+
+def _solvers(bench: _Bench, n: int) -> dict[str, solvers.Train]:
+    made = {
+        "scipy": solvers.scipy_open_loop(bench.v, bench.target, n),
+        "torch_levenberg_marquardt": solvers.torch_levenberg_marquardt_open_loop(
+            bench.v, bench.target, n
+        ),
+        "optimistix": solvers.optimistix_open_loop(bench.v, bench.target, n),
+    }
+    return {name: train for name, train in made.items() if train is not None}
 
 
 def _race(bench: _Bench) -> dict[str, Any]:
     """Time from the same starts to the same mean square of one-step errors."""
-    cfg, n_samples = bench.cfg, bench.cfg.n_samples
+    cfg = bench.cfg
     starts = normal_starts(_STRUCTURE, cfg.n_cost_starts, np.random.default_rng(cfg.seed))
-    level = 1e-6
+    level, n = 1e-6, 1000
     result: dict[str, Any] = {"mean_square": level, "n_starts": len(starts)}
-    stopping = Stopping(max_evaluations=1000, gradient=0.0, step=0.0, cost=level)
-    scipy_lm = solvers.scipy_open_loop(bench.v, bench.target, 1000)
-    racers: dict[str, Callable[[FloatArray], float]] = {
-        "narx": lambda w: float(levenberg_marquardt(bench.open, w, Options(stopping)).cost[0]),
-        "scipy": lambda w: float(scipy_lm(w, level).cost),
-    }
-    for name, solve in racers.items():
-        solve(starts[0])
-        times, reached = [], 0
+    options = Options(Stopping(max_evaluations=n, gradient=0.0, step=0.0, cost=level))
+
+    def narx(start: FloatArray, level: float) -> solvers.Trained:
+        found = levenberg_marquardt(bench.open, start, options)
+        mean_square = 2.0 * float(found.cost[0]) / bench.open.n_residuals
+        return solvers.Trained(mean_square, int(found.n_evaluations[0]))
+
+    for name, train in {"narx": narx, **_solvers(bench, n)}.items():
+        train(starts[0], level)
+        times, steps = [], []
         for start in starts:
             begin = time.perf_counter()
-            cost = solve(start)
-            times.append(time.perf_counter() - begin)
-            reached += 2.0 * cost / n_samples <= level
-        result[name] = {"median_s": float(np.median(times)), "reached": int(reached)}
+            trained = train(start, level)
+            if trained.mean_square <= level:
+                times.append(time.perf_counter() - begin)
+                steps.append(trained.n_steps)
+        result[name] = {
+            "reached": len(times),
+            "median_s": float(np.median(times)) if times else None,
+            "median_steps": float(np.median(steps)) if steps else None,
+        }
+        print(f"  race to {level:g}, {name}: {result[name]}", flush=True)
     return result
 
 

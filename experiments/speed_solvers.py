@@ -1,6 +1,12 @@
-"""Least-squares solvers of other libraries on the open-loop fit of a network."""
+"""Least-squares solvers of other libraries on the open-loop fit of a network.
+
+Each is a function ``train(start, level)``: from those weights, for as many steps as it was made
+for, or until the mean square is as low as the level. MINPACK and optimistix know no such limit;
+the first is left by an exception, the second's test for its end is extended.
+"""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +17,29 @@ from scipy.optimize import least_squares
 from experiments.speed_peers import installed
 
 FloatArray = NDArray[np.float64]
-Work = Callable[[], Any]
+
+
+@dataclass(frozen=True)
+class Trained:
+    """How far a solver came.
+
+    Parameters
+    ----------
+    mean_square : float
+        Of the residuals at the end.
+    n_steps : int
+        Evaluations (scipy) or steps.
+    """
+
+    mean_square: float
+    n_steps: int
+
+
+Train = Callable[[FloatArray, float], Trained]
+
+
+class _LevelReached(Exception):
+    pass
 
 
 def _features(v: FloatArray, p: FloatArray) -> FloatArray:
@@ -21,7 +49,7 @@ def _features(v: FloatArray, p: FloatArray) -> FloatArray:
     return np.column_stack([v, lagged(v, 1), lagged(p, 1), lagged(p, 2)])
 
 
-def scipy_open_loop(v: FloatArray, target: FloatArray, evaluations: int) -> Callable[..., Any]:
+def scipy_open_loop(v: FloatArray, target: FloatArray, evaluations: int) -> Train:
     """MINPACK's Levenberg-Marquardt with the same analytic Jacobian.
 
     Parameters
@@ -34,15 +62,12 @@ def scipy_open_loop(v: FloatArray, target: FloatArray, evaluations: int) -> Call
     Returns
     -------
     callable
-        Trains from the weights it is given; `cost` and `nfev` in what it returns.
+        Trains.
     """
     x = _features(v, target)
 
     def hidden(w: FloatArray) -> FloatArray:
         return np.tanh(x @ w[:12].reshape(3, 4).T + w[12:15])
-
-    def residuals(w: FloatArray) -> FloatArray:
-        return hidden(w) @ w[15:18] + w[18] - target
 
     jac = np.ones((len(v), 19))
 
@@ -53,24 +78,39 @@ def scipy_open_loop(v: FloatArray, target: FloatArray, evaluations: int) -> Call
         jac[:, 12:15], jac[:, 15:18] = d, h
         return jac
 
-    def train(start: FloatArray, tolerance: float = 0.0) -> Any:
-        return least_squares(
-            residuals,
-            start,
-            jacobian,
-            method="lm",
-            max_nfev=evaluations,
-            ftol=tolerance or 1e-15,
-            xtol=1e-15,
-            gtol=1e-15,
-        )
+    def train(start: FloatArray, level: float = 0.0) -> Trained:
+        done = Trained(np.nan, 0)
+
+        def residuals(w: FloatArray) -> FloatArray:
+            nonlocal done
+            errors = hidden(w) @ w[15:18] + w[18] - target
+            mean_square = float(errors @ errors) / len(errors)
+            done = Trained(mean_square, done.n_steps + 1)
+            if mean_square <= level:
+                raise _LevelReached
+            return errors
+
+        try:
+            solution: Any = least_squares(
+                residuals,
+                start,
+                jacobian,
+                method="lm",
+                max_nfev=evaluations,
+                ftol=1e-15,
+                xtol=1e-15,
+                gtol=1e-15,
+            )
+        except _LevelReached:
+            return done
+        return Trained(2.0 * float(solution.cost) / len(v), int(solution.nfev))
 
     return train
 
 
 def torch_levenberg_marquardt_open_loop(
     v: FloatArray, target: FloatArray, iterations: int
-) -> Callable[[FloatArray], Any] | None:
+) -> Train | None:
     """Train by torch-levenberg-marquardt on the lagged features.
 
     Parameters
@@ -83,7 +123,7 @@ def torch_levenberg_marquardt_open_loop(
     Returns
     -------
     callable or None
-        Trains from the weights it is given; returns the costs (mean square) by step.
+        Trains; None where the library is not installed.
     """
     if not installed("torch_levenberg_marquardt"):
         return None
@@ -92,7 +132,7 @@ def torch_levenberg_marquardt_open_loop(
     x = torch.from_numpy(_features(v, target))
     y = torch.from_numpy(target)[:, None]
 
-    def train(start: FloatArray) -> list[float]:
+    def train(start: FloatArray, level: float = 0.0) -> Trained:
         model = torch.nn.Sequential(
             torch.nn.Linear(4, 3), torch.nn.Tanh(), torch.nn.Linear(3, 1)
         ).double()
@@ -101,20 +141,16 @@ def torch_levenberg_marquardt_open_loop(
             for parameter, part in zip(model.parameters(), parts, strict=True):
                 parameter.copy_(torch.from_numpy(part.copy()))
         module = tlm.LevenbergMarquardtModule(model)
-        costs = []
-        for _ in range(iterations):
+        done, stop = Trained(np.nan, 0), False
+        while done.n_steps < iterations and not stop and not done.mean_square <= level:
             _, loss, stop, _ = module.training_step(x, y)
-            costs.append(float(loss))
-            if stop:
-                break
-        return costs
+            done = Trained(float(loss), done.n_steps + 1)
+        return done
 
     return train
 
 
-def optimistix_open_loop(
-    v: FloatArray, target: FloatArray, iterations: int
-) -> Callable[[FloatArray], Any] | None:
+def optimistix_open_loop(v: FloatArray, target: FloatArray, iterations: int) -> Train | None:
     """Train by optimistix' Levenberg-Marquardt, jitted.
 
     Parameters
@@ -127,7 +163,7 @@ def optimistix_open_loop(
     Returns
     -------
     callable or None
-        Trains from the weights it is given; returns the cost (mean square).
+        Trains; None where the library is not installed.
     """
     if not (installed("jax") and installed("optimistix")):
         return None
@@ -142,17 +178,30 @@ def optimistix_open_loop(
         h = jnp.tanh(x @ w[:12].reshape(3, 4).T + w[12:15])
         return h @ w[15:18] + w[18] - y
 
-    solver: Any = optimistix.LevenbergMarquardt(rtol=1e-15, atol=1e-15)
+    class UntilLevel(optimistix.LevenbergMarquardt):
+        def terminate(self, fn: Any, y: Any, args: Any, options: Any, state: Any, tags: Any) -> Any:
+            done, result = super().terminate(fn, y, args, options, state, tags)
+            low = 2.0 * state.f_info.as_min() <= options["level"] * len(target)
+            return done | (low & (state.num_accepted_steps > 0)), result
+
+    make: Any = UntilLevel
+    solver = make(rtol=1e-15, atol=1e-15)
 
     @jax.jit
-    def solve(start: Any) -> Any:
+    def solve(start: Any, level: Any) -> Any:
         solution: Any = optimistix.least_squares(
-            residuals, solver, start, max_steps=iterations, throw=False
+            residuals,
+            solver,
+            start,
+            options={"level": level},
+            max_steps=iterations,
+            throw=False,
         )
-        return solution.value
+        errors = residuals(solution.value, None)
+        return jnp.mean(errors**2), solution.stats["num_steps"]
 
-    def train(start: FloatArray) -> float:
-        w = jax.block_until_ready(solve(jnp.asarray(start)))
-        return float(jnp.mean(residuals(w, None) ** 2))
+    def train(start: FloatArray, level: float = 0.0) -> Trained:
+        mean_square, n = jax.block_until_ready(solve(jnp.asarray(start), level))
+        return Trained(float(mean_square), int(n))
 
     return train

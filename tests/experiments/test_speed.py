@@ -14,6 +14,8 @@ from experiments.speed import gait_like, timed
 from experiments.speed_c import CompiledC
 from narx.closed_loop import closed_loop
 from narx.least_squares.network import NetworkFit
+from narx.least_squares.stopping import Stopping
+from narx.levenberg_marquardt import Options, levenberg_marquardt
 from narx.structure import NarxStructure
 
 DEFAULT = NarxStructure()
@@ -62,14 +64,47 @@ def test_torch_does_the_same(problem):
         np.testing.assert_allclose(gradient, products[19, :19], rtol=1e-9, atol=1e-9)
 
 
-def test_scipy_starts_from_the_same_cost(problem):
+SOLVERS = {
+    "scipy": solvers.scipy_open_loop,
+    "torch_levenberg_marquardt": solvers.torch_levenberg_marquardt_open_loop,
+    "optimistix": solvers.optimistix_open_loop,
+}
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_solvers_fit_the_same_problem_and_stop_at_the_level(problem, name):
     v, target, weights, _ = problem
+    train = SOLVERS[name](v, target, 200)
+    if train is None:
+        pytest.skip(f"{name} is not installed")
     fit = NetworkFit(
         torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
     )
-    result = solvers.scipy_open_loop(v, target, 50)(weights)
+    start = fit.products(weights[None])[0, -1, -1] / len(v)
+    level = 1e-3 * start
+    trained = train(weights, level)
+    assert trained.mean_square <= level
+    # the level is met within the first steps, and then no more are taken
+    longer = train(weights, 0.01 * level)
+    assert trained.n_steps <= longer.n_steps < 200
+    assert longer.mean_square <= 0.01 * level < trained.mean_square
+    at_once = train(weights, 2.0 * start)
+    assert at_once.n_steps <= 2
+
+
+def test_scipy_reports_what_it_reached(problem):
+    v, target, weights, _ = problem
+    ours = levenberg_marquardt(
+        NetworkFit(
+            torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
+        ),
+        weights,
+        Options(Stopping(max_evaluations=1)),
+    )
+    # the first evaluation is the start: the same cost as ours there
+    first = solvers.scipy_open_loop(v, target, 50)(weights, np.inf)
     np.testing.assert_allclose(
-        fit.products(result.x[None])[0, -1, -1], 2.0 * result.cost, rtol=1e-9, atol=1e-12
+        first.mean_square * len(v) / 2.0, ours.history["cost"][0, 0], rtol=1e-9
     )
 
 
