@@ -1,6 +1,7 @@
 """Simulated walking with known truth: the embedded data set, which needs no download."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from narx.simulation.markers import track
 from narx.simulation.random_numbers import stream
 from narx.simulation.rotations import compose
 from narx.simulation.sensor import measure, sensor_model
-from narx.simulation.session import Session, draw_session
+from narx.simulation.session import ERROR_SOURCES, Session, draw_session, leave_out
 from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move
 from narx.simulation.true_motion import TrueMotion
 from narx.simulation.walker import WalkingPattern, walking_pattern
@@ -79,6 +80,9 @@ class SimulatedGait(TrialSource):
     ideal : bool, optional
         No errors at all: exact sensors, no soft tissue, the bones' orientation as reference.
         The sensors stay where they are mounted.
+    without : iterable of str, optional
+        Sources of error to leave out, all others as they were (`ERROR_SOURCES` of
+        `narx.simulation.session`).
     seed : int, optional
         Every random number comes from it and the names of subject, condition and trial; no
         trial depends on which others are generated.
@@ -106,6 +110,7 @@ class SimulatedGait(TrialSource):
         mounting: str = "random",
         segments: Iterable[str] = LEGS,
         ideal: bool = False,
+        without: Iterable[str] = (),
         seed: int = 0,
     ) -> None:
         self.seed = int(seed)
@@ -146,6 +151,15 @@ class SimulatedGait(TrialSource):
         self.steps = (int(steps[0]), int(steps[1]))
         self.sampling_rate_hz = float(sampling_rate_hz)
         self.ideal = bool(ideal)
+        self.without = frozenset(without)
+        _check_names("source of error", self.without, ERROR_SOURCES)
+        for triad, source in {
+            "gyroscope": "gyroscope_bias",
+            "accelerometer": "accelerometer",
+        }.items():
+            if source in self.without:
+                steady = getattr(self.sensor, triad).without_drift()
+                self.sensor = replace(self.sensor, **{triad: steady})
         self._bodies = {subject: body_of(subject, self.seed) for subject in subjects}
         self._calibrations: dict[str, Mapping[str, Mapping[str, ImuRecording]]] = {}
 
@@ -278,7 +292,8 @@ class SimulatedGait(TrialSource):
         return slice(margin, len(motion_time_s) - margin, every)
 
     def _session(self, subject: str, body: Body) -> Session:
-        return draw_session(self.seed, subject, body, self.sensor, self.mounting, self.segments)
+        drawn = draw_session(self.seed, subject, body, self.sensor, self.mounting, self.segments)
+        return leave_out(drawn, self.without)
 
     def _sensor_orientation(
         self, segment: str, motion: SkeletonMotion, session: Session
@@ -356,7 +371,8 @@ class SimulatedGait(TrialSource):
                     }  # fmt: skip
                     continue
                 rng = stream(self.seed, subject, "calibration", part)
-                motion = move(time_s, rate_hz, calibration_angles(part, time_s, rng), body)
+                exact = "movements" in self.without
+                motion = move(time_s, rate_hz, calibration_angles(part, time_s, rng, exact), body)
                 side = part.rpartition("_")[2]
                 parts[part] = {
                     segment: self._record(

@@ -58,7 +58,7 @@ def duration_s(part: str) -> float:
 
 
 def calibration_angles(
-    part: str, time_s: FloatArray, rng: np.random.Generator
+    part: str, time_s: FloatArray, rng: np.random.Generator, exact: bool = False
 ) -> dict[str, FloatArray]:
     """Perform a calibration movement.
 
@@ -71,6 +71,8 @@ def calibration_angles(
         Clock; the recording begins at 0.
     rng : numpy.random.Generator
         Source of randomness.
+    exact : bool, optional
+        Nothing comes along in the other two angles of the joint.
 
     Returns
     -------
@@ -84,7 +86,7 @@ def calibration_angles(
     outward = -1.0 if side == "left" else 1.0
     if movement == "hip_abduction":
         way = np.radians(_ABDUCTION_DEG) * _repetitions(time_s, rng)
-        angles[f"hip_{side}"] += way @ _with_companions(rng, main=1)
+        angles[f"hip_{side}"] += way @ _with_companions(rng, 1, exact)
         # the pelvis follows the leg a little: the lifted side rises
         angles["pelvis"][:, 1] -= outward * 0.1 * way.sum(axis=1)
     else:
@@ -93,7 +95,7 @@ def calibration_angles(
         for knee in ("knee_right", "knee_left"):
             angles[knee][:, 0] += np.radians(_SITTING_DEG)
         way = -np.radians(_KNEE_EXTENSION_DEG) * _repetitions(time_s, rng)
-        angles[f"knee_{side}"] += way @ _with_companions(rng, main=0)
+        angles[f"knee_{side}"] += way @ _with_companions(rng, 0, exact)
         # the thigh is lifted off the chair a little
         angles[f"hip_{side}"][:, 0] -= 0.04 * way.sum(axis=1)
     return angles
@@ -112,9 +114,11 @@ def _repetitions(time_s: FloatArray, rng: np.random.Generator) -> FloatArray:
     return np.column_stack(columns)
 
 
-def _with_companions(rng: np.random.Generator, main: int) -> FloatArray:
+def _with_companions(rng: np.random.Generator, main: int, exact: bool) -> FloatArray:
     """Share of each of the three angles in every repetition, shape (repetitions, 3)."""
     share = _COMPANION_SD * rng.standard_normal(3)
     share = share + _COMPANION_REPETITION_SD * rng.standard_normal((_REPETITIONS, 3))
+    if exact:
+        share[:] = 0.0
     share[:, main] = 1.0
     return np.asarray(share)

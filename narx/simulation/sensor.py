@@ -4,7 +4,7 @@ Error model: misaligned and wrongly scaled axes, constant bias, bias instability
 process) and bias random walk, white noise, low-pass filter, range, quantisation.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,16 @@ class TriadModel:
     instability_time_s: float
     random_walk: float
     noise_density: float
+
+    def without_drift(self) -> "TriadModel":
+        """Give the same model with a bias that stays.
+
+        Returns
+        -------
+        TriadModel
+            Without bias instability and random walk.
+        """
+        return replace(self, instability=0.0, random_walk=0.0)
 
 
 @dataclass(frozen=True)

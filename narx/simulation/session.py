@@ -1,7 +1,7 @@
 """What stays the same while one person wears the instruments: places, tissue, specimens."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,17 @@ from narx.simulation.sensor import SensorModel, TriadErrors, draw_triad_errors
 from narx.simulation.soft_tissue import SENSOR_GAIN, SoftTissue, draw_skin, draw_soft_tissue
 
 FloatArray = NDArray[np.float64]
+
+# what can be left out of a simulation, one by one
+ERROR_SOURCES = (
+    "sensor_tissue",
+    "marker_tissue",
+    "landmarks",
+    "gyroscope_gain",
+    "gyroscope_bias",
+    "accelerometer",
+    "movements",
+)
 
 # how a careful hand straps a sensor: within this of the nominal orientation, standard deviation
 _STRAPPED_SD_DEG = 10.0
@@ -99,6 +110,50 @@ def draw_session(
         session.gyroscopes[segment] = draw_triad_errors(rng, sensor.gyroscope)
         session.accelerometers[segment] = draw_triad_errors(rng, sensor.accelerometer)
     return session
+
+
+def leave_out(session: Session, sources: Collection[str]) -> Session:
+    """Take sources of error out of a session, everything else as it was drawn.
+
+    Parameters
+    ----------
+    session : Session
+        As from `draw_session`.
+    sources : collection of str
+        Of `ERROR_SOURCES`; ``movements`` and what drifts within a trial are not the session's.
+
+    Returns
+    -------
+    Session
+        Without tissue under sensors or markers, with landmarks where they should be, with exact
+        axes (gain) or no constant bias of gyroscope or accelerometer.
+    """
+    exact = np.eye(3)
+    return replace(
+        session,
+        tissues={
+            segment: tissue.still() if "sensor_tissue" in sources else tissue
+            for segment, tissue in session.tissues.items()
+        },
+        markers={
+            segment: Markers(
+                markers.tissue.still() if "marker_tissue" in sources else markers.tissue,
+                Rotation.identity() if "landmarks" in sources else markers.frame,
+            )
+            for segment, markers in session.markers.items()
+        },
+        gyroscopes={
+            segment: TriadErrors(
+                exact if "gyroscope_gain" in sources else errors.gain,
+                0.0 * errors.bias if "gyroscope_bias" in sources else errors.bias,
+            )
+            for segment, errors in session.gyroscopes.items()
+        },
+        accelerometers={
+            segment: TriadErrors(exact, 0.0 * errors.bias) if "accelerometer" in sources else errors
+            for segment, errors in session.accelerometers.items()
+        },
+    )
 
 
 def _mount(rng: np.random.Generator, segment: str, body: Body, mounting: str) -> Mounting:

@@ -71,6 +71,17 @@ class SoftTissue:
             vector += motion.impact_m[self.segment][:, 2:] * self.wobble_axis
         return Rotation.from_rotvec(vector)
 
+    def still(self) -> "SoftTissue":
+        """Give tissue that does not move.
+
+        Returns
+        -------
+        SoftTissue
+            Of the same segment.
+        """
+        none = {joint: 0.0 * gain for joint, gain in self.gains.items()}
+        return SoftTissue(self.segment, none, 0.0 * self.wobble_axis)
+
 
 def draw_skin(rng: np.random.Generator, segment: str) -> dict[str, FloatArray]:
     """Draw how the tissue of a segment moves as a whole, under whatever it carries.

@@ -16,7 +16,7 @@ from narx.joint_angles import joint_angles
 from narx.recording import GRAVITY_M_S2
 from narx.simulation.body import TABLE_1
 from narx.simulation.sensor import sensor_model
-from narx.simulation.session import draw_session
+from narx.simulation.session import ERROR_SOURCES, draw_session
 
 CONFIG = Path(__file__).parents[3] / "configs" / "data" / "simulated_gait.yaml"
 SHORT = {"treadmill_duration_s": 25.0}
@@ -341,6 +341,54 @@ def test_wrong_parameters_are_refused_in_one_line(wrong, message):
         SimulatedGait(**wrong)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_errors_can_be_left_out_one_by_one(trial):
+    def without(*sources):
+        source = SimulatedGait(without=sources, **SHORT)
+        return source.load("S2", "normal", "1"), source.truth("S2", "normal", "1")
+
+    def parts(of):
+        return {
+            "gyroscope": of.imus["thigh_left"].gyroscope_rad_s,
+            "accelerometer": of.imus["thigh_left"].accelerometer_m_s2,
+            "reference": of.reference["thigh_left"].quaternion_wxyz,
+            "still": of.calibration["still"]["thigh_left"].gyroscope_rad_s,
+            "movement": of.calibration["hip_abduction_left"]["thigh_left"].gyroscope_rad_s,
+        }
+
+    measured = {"gyroscope", "movement"}
+    touches = {
+        "sensor_tissue": measured | {"accelerometer"},
+        "marker_tissue": {"reference"},
+        "landmarks": {"reference"},
+        "gyroscope_gain": measured,
+        "gyroscope_bias": measured | {"still"},
+        "accelerometer": {"accelerometer"},
+        "movements": {"movement"},
+    }
+    assert set(touches) == set(ERROR_SOURCES)
+    for source, touched in touches.items():
+        for name, values in parts(without(source)[0]).items():
+            same = np.array_equal(values, parts(trial)[name], equal_nan=True)
+            assert same == (name not in touched), (source, name)
+    # what is left when all are gone: noise
+    exact, truth = without(*ERROR_SOURCES)
+    for segment in LEGS:
+        bone, tracked, sensor = (
+            _rotation(wxyz)
+            for wxyz in (
+                truth.segment_wxyz[segment],
+                np.nan_to_num(exact.reference[segment].quaternion_wxyz, nan=0.5),
+                truth.sensor_wxyz[segment],
+            )
+        )
+        there = np.isfinite(exact.reference[segment].quaternion_wxyz).all(axis=1)
+        assert np.degrees((bone.inv() * tracked).magnitude()[there]).max() < 1.0
+        mounting = bone.inv() * sensor
+        assert np.degrees((mounting[0].inv() * mounting).magnitude()).max() < 1e-6
+        still = exact.calibration["still"][segment].gyroscope_rad_s
+        assert np.degrees(np.abs(still.mean(axis=0))).max() < 0.05
 
 
 def test_an_unknown_trial_is_refused():
