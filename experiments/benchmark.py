@@ -30,6 +30,9 @@ from narx.errors import UserError
 from narx.method import OrientationMethod
 from narx.recording import Trial
 
+# one network, run forwards alone or backwards as well
+NETWORK_METHODS = frozenset({"narx", "narx_smoothed"})
+
 
 def run(
     cfg: DictConfig, log: TensorBoardLog | None = None, report: Report | None = None
@@ -77,7 +80,7 @@ def run(
 
     for fold in folds:
         methods = dict(classical)
-        if "narx" in cfg.methods:
+        if NETWORK_METHODS & set(cfg.methods):
             methods = _with_network(cfg, sources, fold, rng, log, gathered) | methods
         for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
@@ -124,16 +127,20 @@ def _with_network(
     told = log.for_fold(fold.name) if log else lambda iteration, numbers: None
     network = network_of(cfg, sources, fold, rng, told)
     gathered.networks[fold.name] = network
-    return {"narx": network.method()}
+    return {
+        name: network.method(smoothing=name == "narx_smoothed")
+        for name in cfg.methods
+        if name in NETWORK_METHODS
+    }
 
 
 def _classical_methods(cfg: DictConfig) -> dict[str, OrientationMethod]:
     methods: dict[str, OrientationMethod] = {}
     for name in cfg.methods:
-        if name == "narx":
+        if name in NETWORK_METHODS:
             continue
         if name not in cfg.method:
-            known = ", ".join(["narx", *sorted(cfg.method)])
+            known = ", ".join([*sorted(NETWORK_METHODS), *sorted(cfg.method)])
             raise UserError(f"methods: no method is named '{name}', expected some of {known}")
         methods[name] = instantiate(cfg.method[name])
     return methods

@@ -6,6 +6,7 @@ _LABELS = {
     "complementary_filter": "CF",
     "complementary_filter_real_time": "CF real time",
     "narx": "NARX",
+    "narx_smoothed": "NARX smoothed",
     "pseudo_integrator": "PI",
     "gyro_integration": "Gyro integration",
     "giof": "GIOF",
@@ -23,6 +24,7 @@ _LABELS = {
 # other, also for colour-blind eyes (Okabe and Ito)
 _COLOURS = {
     "narx": "#c8102e",
+    "narx_smoothed": "#f28e8e",
     "pseudo_integrator": "#009e73",
     "complementary_filter": "#0060b0",
     "gyro_integration": "#e69f00",

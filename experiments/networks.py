@@ -24,6 +24,7 @@ from narx.sequences import TrainingSequence, contiguous, hold_back
 from narx.shipped import shipped_checkpoint
 from narx.start_up import StartUp
 from narx.training import NetworkDesign, train_network
+from narx.washout import washout_gain
 
 FloatArray = NDArray[np.float64]
 
@@ -145,6 +146,7 @@ def train(
     UserError
         If there is nothing to train on.
     """
+    washout_gain(cfg.model.washout_s, 1.0)  # refused before the training, not after it
     teacher: Teacher = instantiate(cfg.teacher)
     hashes: dict[str, str] = {}
     training = list(_sequences(cfg, sources, fold.training, teacher, hashes))

@@ -62,7 +62,7 @@ def _predict(cfg: DictConfig) -> None:
     recording = read_recording(source)
     prediction = predict(
         recording,
-        checkpoint_or_shipped(cfg.checkpoint).method(),
+        checkpoint_or_shipped(cfg.checkpoint).method(cfg.smoothing),
         frame=cfg.frame,
         side=cfg.side,
         start_pose=cfg.start_pose,

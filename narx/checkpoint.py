@@ -44,8 +44,13 @@ class Checkpoint:
     history: dict[str, Any] = field(default_factory=dict)
     washout_s: float | None = WASHOUT_S
 
-    def method(self) -> NarxMethod:
+    def method(self, smoothing: bool = False) -> NarxMethod:
         """Return the network as an orientation method.
+
+        Parameters
+        ----------
+        smoothing : bool
+            Run backwards as well, over whole recordings (`narx.smoothing`).
 
         Returns
         -------
@@ -53,7 +58,9 @@ class Checkpoint:
             Ready to estimate.
         """
         std = None if self.error_std_rad is None else np.array(self.error_std_rad)
-        return NarxMethod(self.model, self.start_up, self.axis_scaling, std, self.washout_s)
+        return NarxMethod(
+            self.model, self.start_up, self.axis_scaling, std, self.washout_s, smoothing
+        )
 
 
 def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:

@@ -1,5 +1,6 @@
 """A trained network as an orientation method: from a gyroscope's recording to three angles."""
 
+from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -10,6 +11,7 @@ from narx.errors import MethodNotApplicableError, UserError
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.model import Narx
 from narx.rate_conversion import RateConversion
+from narx.smoothing import forward_share, turned_round
 from narx.start_up import StartUp
 from narx.washout import WASHOUT_S, wash_out, washout_gain
 
@@ -35,6 +37,9 @@ class NarxMethod(OrientationMethod):
     washout_s : float, optional
         Time constant with which a lasting deviation from the posture is taken off
         (`narx.washout`), s; None leaves it.
+    smoothing : bool
+        Run backwards as well and average (`narx.smoothing`): smaller errors, whole recordings
+        only.
 
     Raises
     ------
@@ -52,6 +57,7 @@ class NarxMethod(OrientationMethod):
         axis_scaling: AxisScaling = "training",
         error_std_rad: FloatArray | None = None,
         washout_s: float | None = WASHOUT_S,
+        smoothing: bool = False,
     ) -> None:
         if axis_scaling not in get_args(AxisScaling):
             raise UserError(
@@ -62,6 +68,7 @@ class NarxMethod(OrientationMethod):
         self.start_up = start_up or StartUp()
         self.axis_scaling = axis_scaling
         self.error_std_rad = error_std_rad
+        self.smoothing = smoothing
         self._washout_gain = washout_gain(washout_s, 1.0 / model.sampling_rate_hz)
 
     def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
@@ -75,9 +82,10 @@ class NarxMethod(OrientationMethod):
         Returns
         -------
         ndarray, shape (N, 3), or None
-            rad; NaN where a sample is missing. None if the network came without.
+            rad; NaN where a sample is missing. None if the network came without, and with
+            smoothing: it was measured on one pass and is too large for two.
         """
-        if self.error_std_rad is None:
+        if self.error_std_rad is None or self.smoothing:
             return None
         std = np.tile(np.asarray(self.error_std_rad, dtype=float), (signals.n_samples, 1))
         std[~np.isfinite(signals.axis_rates_rad_s).all(axis=1)] = np.nan
@@ -104,15 +112,34 @@ class NarxMethod(OrientationMethod):
         begun = self.start_up.begin(initial_angles_rad)
         first = self.start_up.run(rates_rad_s, 1.0 / model.sampling_rate_hz, begun, model.coupled)
         state, posture = self._take_over(begun if len(first) else None, relative)
+        rest = self._run(rates_rad_s[len(first) :], state, posture, relative)
+        angles = np.concatenate([first, rest])
+        if not self.smoothing or not len(rest):
+            return angles
+        followed = turned_round(model, rates_rad_s[-1], angles[-1], posture)
+        state = self._state(followed, relative)
+        # the same kinematics with time turned round
+        back = self._run(-rates_rad_s[-2::-1], state, posture, relative)
+        back = np.concatenate([back[::-1], angles[-1:]])
+        share = forward_share(
+            len(angles),
+            len(first),
+            round(self.start_up.duration_s * model.sampling_rate_hz),
+            len(first) > 0 and initial_angles_rad is not None,
+        )
+        return share * angles + (1.0 - share) * back
+
+    def _run(
+        self,
+        rates_rad_s: FloatArray,
+        state: torch.Tensor | None,
+        posture: torch.Tensor,
+        relative: torch.Tensor | None,
+    ) -> FloatArray:
+        rates = torch.from_numpy(np.ascontiguousarray(rates_rad_s))
         with torch.no_grad():
-            rest, _ = model(
-                torch.from_numpy(np.ascontiguousarray(rates_rad_s[len(first) :])),
-                state,
-                posture,
-                relative,
-            )
-        washed = wash_out(rest.numpy(), posture.numpy(), self._washout_gain, np.zeros(3))
-        return np.concatenate([first, washed])
+            angles, _ = self.model(rates, state, posture, relative)
+        return wash_out(angles.numpy(), posture.numpy(), self._washout_gain, np.zeros(3))
 
     def _take_over(
         self, begun: FloatArray | None, relative: torch.Tensor | None
@@ -121,9 +148,14 @@ class NarxMethod(OrientationMethod):
             return None, torch.zeros(3, dtype=torch.float64)
         interval_s = 1.0 / self.model.sampling_rate_hz
         posture, *followed = map(torch.from_numpy, StartUp.hand_over(begun, interval_s))
+        return self._state(followed, relative), posture
+
+    def _state(
+        self, followed: Sequence[torch.Tensor], relative: torch.Tensor | None
+    ) -> torch.Tensor:
         if relative is not None:
             followed = [part / relative for part in followed]
-        return self.model.initial_state(*followed), posture
+        return self.model.initial_state(*followed)
 
     def _stream(self, sampling_rate_hz: float) -> Step:
         model = self.model
@@ -131,6 +163,10 @@ class NarxMethod(OrientationMethod):
             raise MethodNotApplicableError(
                 f"narx: this network runs sample by sample at {model.sampling_rate_hz:g} Hz, "
                 f"not at {sampling_rate_hz:g} Hz"
+            )
+        if self.smoothing:
+            raise MethodNotApplicableError(
+                "narx: smoothing needs the whole recording, use smoothing=false"
             )
         if self.axis_scaling == "own":
             raise MethodNotApplicableError(

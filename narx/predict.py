@@ -170,6 +170,7 @@ def angles_from_gyroscope(
     start_pose: StartPose = "unknown",
     remove_bias: bool = True,
     still_s: tuple[float, float] | None = None,
+    smoothing: bool = False,
     checkpoint: str | os.PathLike[str] | None = None,
 ) -> FloatArray:
     """Turn a gyroscope's samples into the three angles of the segment that it sits on.
@@ -197,6 +198,9 @@ def angles_from_gyroscope(
     still_s : tuple of (float, float), optional
         Part in which the sensor was at rest, s from the first sample, to take the bias from; by
         default it is looked for, and a warning says so where there is none.
+    smoothing : bool
+        Run backwards over the recording as well: smaller errors (docs/generalisation.md), and
+        every angle then depends on what comes later.
     checkpoint : path-like, optional
         Network from `narx.checkpoint.save`; the shipped one by default.
 
@@ -225,7 +229,7 @@ def angles_from_gyroscope(
     )
     prediction = predict(
         ImuRecording("segment", np.arange(len(gyroscope)) / sampling_rate_hz, gyroscope, force),
-        checkpoint_or_shipped(checkpoint).method(),
+        checkpoint_or_shipped(checkpoint).method(smoothing),
         frame=frame,
         side=side,
         start_pose=start_pose,

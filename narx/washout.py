@@ -47,7 +47,7 @@ def washout_gain(washout_s: float | None, interval_s: float) -> float:
     """
     if washout_s is None:
         return 0.0
-    if not (np.isfinite(washout_s) and washout_s > 0):
+    if not (isinstance(washout_s, int | float) and np.isfinite(washout_s) and washout_s > 0):
         raise UserError(f"washout_s is {washout_s}, expected seconds above zero, or null for none")
     return interval_s / (washout_s + interval_s)
 

@@ -72,11 +72,12 @@ def test_a_sweep_leaves_a_run_each(run_command, tmp_path):
 
 @pytest.mark.slow
 def test_benchmark_leaves_results_summary_and_figures(run_command):
-    status, out, err, directory = run_command("benchmark", *SMALL, *QUICK)
+    methods = "[narx,narx_smoothed,pseudo_integrator,complementary_filter,gyro_integration]"
+    status, out, err, directory = run_command("benchmark", *SMALL, *QUICK, f"methods={methods}")
     assert status == 0, err
     results = read_results(directory / "results.csv")
     assert set(results["method"]) == {
-        "narx", "pseudo_integrator", "complementary_filter", "gyro_integration",
+        "narx", "narx_smoothed", "pseudo_integrator", "complementary_filter", "gyro_integration",
     }  # fmt: skip
     assert set(results["axis"]) == {"sagittal", "frontal", "transverse"}
     assert {"knee_right", "knee_left", "thigh_right", "shank_left"} <= set(results["segment"])
@@ -88,6 +89,8 @@ def test_benchmark_leaves_results_summary_and_figures(run_command):
     sagittal = results[(results["segment"] == "knee_right") & (results["axis"] == "sagittal")]
     rmse = sagittal.set_index("method")["rmse_deg"]
     assert rmse["narx"] < rmse["pseudo_integrator"]
+    assert rmse["narx_smoothed"] < rmse["pseudo_integrator"]
+    assert rmse["narx_smoothed"] != rmse["narx"]
     summary = (directory / "summary.md").read_text()
     assert "Table 2" in summary
     assert "lowest RMSE in" in summary
@@ -141,6 +144,7 @@ def test_every_real_source_runs(run_command, data_root, source):
         ("train", ["optimizer=nonsense"], "adam"),
         ("train", ["modle.hidden=3"], "modle"),
         ("train", ["model.hidden=-2"], "model.hidden is '-2'"),
+        ("train", ["model.washout_s=0"], "washout_s is 0, expected seconds above zero"),
         ("train", ["data=smartphone_pocket", "data_root=/no/such/folder"], "/no/such/folder"),
         ("train", ["select.subject=Nobody"], "no subject 'Nobody'"),
         ("train", ["split=leave_one_subject_out"], "needs at least two"),

@@ -1,8 +1,8 @@
 from experiments.method_labels import method_colour, method_label, method_order
 
 NAMES = (
-    "narx", "gyro_integration", "pseudo_integrator", "complementary_filter", "giof", "two_point",
-    "vqf", "madgwick", "mahony",
+    "narx", "narx_smoothed", "gyro_integration", "pseudo_integrator", "complementary_filter",
+    "giof", "two_point", "vqf", "madgwick", "mahony",
 )  # fmt: skip
 
 

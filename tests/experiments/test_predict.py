@@ -64,6 +64,17 @@ def test_the_file_holds_what_python_gives(run_command, folder, network, frame):
     assert table.drop(index=range(700, 720)).notna().all(axis=None)
 
 
+def test_smoothing_leaves_the_standard_deviation_out(run_command, folder, network):
+    status, _, err, _ = run(run_command, "output=angles.csv", "smoothing=true")
+    assert (status, err) == (0, "")
+    table = pd.read_csv("angles.csv")
+    assert list(table) == ["time_s", "sagittal_deg", "frontal_deg", "transverse_deg"]
+    expected = predict(read_recording("walk.csv"), network.method(smoothing=True))
+    np.testing.assert_allclose(
+        table.iloc[:, 1:4], np.degrees(expected.angles_rad), atol=1e-6, rtol=0
+    )
+
+
 def test_options_reach_the_method(run_command, folder, network):
     options = ["side=left", "start_pose=known", "still_s=[5.5,8]", "frame=anatomical"]
     status, out, err, _ = run(run_command, "output=angles.csv", *options)

@@ -67,6 +67,26 @@ def test_a_uniform_recording_gets_what_the_method_says(walk, method):
     np.testing.assert_allclose(result.angles_rad, method.estimate(walk.signals), atol=1e-9)
 
 
+def test_smoothing_reaches_the_method(walk, tmp_path):
+    network = checkpoint(5.0)
+    save(network, tmp_path / "net.pt")
+    recording = sensor_on(walk)
+    smoothed, one = (
+        angles_from_gyroscope(
+            recording.gyroscope_rad_s,
+            100.0,
+            frame="anatomical",
+            remove_bias=False,
+            smoothing=smoothing,
+            checkpoint=tmp_path / "net.pt",
+        )
+        for smoothing in (True, False)
+    )
+    unknown = replace(walk.signals, initial_angles_rad=None)
+    np.testing.assert_allclose(smoothed, network.method(True).estimate(unknown), atol=1e-9)
+    assert np.abs(smoothed - one).max() > 1e-3
+
+
 def test_left_leg_is_the_mirror_image(walk):
     right = sensor_on(walk)
     left = replace(

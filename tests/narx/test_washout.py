@@ -43,7 +43,7 @@ def test_none_leaves_every_bit():
     assert not mean.any()
 
 
-@pytest.mark.parametrize("washout_s", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("washout_s", [0.0, -1.0, float("nan"), float("inf"), "long"])
 def test_a_time_constant_that_is_none_is_refused(washout_s):
     with pytest.raises(UserError, match=r"washout_s is .*, expected seconds above zero"):
         washout_gain(washout_s, 0.01)
