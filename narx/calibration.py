@@ -16,6 +16,7 @@ from narx.functional_frame import (
     leg_frame,
     standing_force,
 )
+from narx.knee_axis import FrameFinder, turned_by_knee
 from narx.method import SegmentSignals
 from narx.recording import FloatArray, Trial, kind_of, side_of
 from narx.reference_frame import anatomical_reference, rest_heading_rad
@@ -29,7 +30,11 @@ from narx.segment_angles import (
 from narx.static_bias import static_bias
 from narx.walking_frame import walking_frame
 
-Mode = Literal["auto", "leg", "functional", "walking", "sensor"]
+Mode = Literal["auto", "leg", "knee", "functional", "walking", "sensor"]
+
+
+# errors of the headings that calibration movements leave, thigh and shank (docs/recordings.md)
+LEG_HEADING_SD_DEG = (5.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -71,13 +76,14 @@ def calibrate(
     ----------
     trial : Trial
         As from a source.
-    mode : {"auto", "leg", "functional", "walking", "sensor"}
+    mode : {"auto", "leg", "knee", "functional", "walking", "sensor"}
         ``functional``: gravity in standing gives z; hip abduction gives x of a thigh, passive
         knee flexion y of a shank (Tham et al., II-A). ``leg``: the same movements, each seen by
-        both sensors of the leg (`narx.functional_frame.leg_frame`). ``walking``: gravity (in
+        both sensors of the leg (`narx.functional_frame.leg_frame`). ``knee``: ``leg``, turned
+        until the knee abducts least in walking (`narx.knee_axis`). ``walking``: gravity (in
         standing where the trial has it, otherwise over the walk) and the principal horizontal
-        axis of the walking gyroscope as y, turned until the knee abducts least where both sensors
-        of a leg are there (`narx.knee_axis`). ``sensor``: the sensor frame, turned the shortest
+        axis of the walking gyroscope as y, turned in the same way where both sensors of a leg are
+        there. ``sensor``: the sensor frame, turned the shortest
         way so that z is up at rest (or over the first second), for what is not a leg; a second
         sensor is given the heading of the first at rest by the reference, where that tracked the
         sensors, so that the joint between them starts at zero. ``auto``: leg, functional or
@@ -137,15 +143,7 @@ def _calibrate_segment(
         f"from {still.where} removed"
     ]
     chosen = _available_mode(trial, segment) if mode == "auto" else mode
-    if chosen == "leg":
-        to_anatomical, how = leg_frame(trial, segment)
-    else:
-        build = {
-            "functional": functional_frame,
-            "walking": walking_frame,
-            "sensor": _upright_sensor,
-        }
-        to_anatomical, how = build[chosen](trial, segment, bias)
+    to_anatomical, how = _FIND[chosen](trial, segment, bias)
     notes.append(how)
 
     rate = to_anatomical.apply(imu.gyroscope_rad_s - bias)
@@ -174,6 +172,15 @@ def _calibrate_segment(
             angles[:, TRANSVERSE] = np.nan
         notes.extend(steps)
     return CalibratedSegment(signals, orientation, angles, to_anatomical, bias, tuple(notes))
+
+
+def _leg(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    # sees both sensors of the leg, and asks for their biases itself
+    return leg_frame(trial, segment)
+
+
+def _knee(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    return turned_by_knee(trial, segment, bias, _leg, LEG_HEADING_SD_DEG)
 
 
 def _available_mode(trial: Trial, segment: str) -> Mode:
@@ -210,3 +217,12 @@ def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotat
                 "only the reference knows"
             )
     return frame, how
+
+
+_FIND: dict[Mode, FrameFinder] = {
+    "leg": _leg,
+    "knee": _knee,
+    "functional": functional_frame,
+    "walking": walking_frame,
+    "sensor": _upright_sensor,
+}

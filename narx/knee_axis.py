@@ -7,34 +7,136 @@ knee abduction varies least over the walk; here thigh and shank are turned, sinc
 heading of its own, and what the calibration said before is weighed in.
 """
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from narx.anatomical_frame import walking_band
+from narx.errors import RecordingError
+from narx.functional_frame import leg_of
 from narx.joint_angles import grood_suntay
-from narx.recording import FloatArray
-from narx.segment_angles import orientation_from_angles
+from narx.recording import FloatArray, Trial, side_of
+from narx.segment_angles import axis_rates, mirror_angular_rate, orientation_from_angles
 from narx.start_up import StartUp
+from narx.static_bias import static_bias
 
 # how much a knee abducts and adducts over a stride, root mean square: order of what bone pins
 # show (Lafortune et al., J Biomech 25:347, 1992: 5 degrees from stance to swing)
 ABDUCTION_DEG = 2.0
-# errors of the headings that thigh and shank find in their own walk (docs/recordings.md)
-HEADING_SD_DEG = (5.0, 10.0)
 # two slow strides
-MIN_STRIDES_S = 3.0
+_MIN_WALK_S = 3.0
 # drift of the integrated gyroscope stays below a degree or two, and strides are many enough
-MAX_WALK_S = 60.0
+_MAX_WALK_S = 60.0
+# the posture is taken to last until the walk begins, if not for longer than this
+_MAX_WAIT_S = 5.0
 # walking is below 10 Hz
 _RATE_HZ = 50.0
+
+# finds the frame of a sensor, and says how: of a trial, a segment's name, its gyroscope's bias
+FrameFinder = Callable[[Trial, str, FloatArray], tuple[Rotation, str]]
+
+
+def turned_by_knee(
+    trial: Trial,
+    segment: str,
+    bias_rad_s: FloatArray,
+    find: FrameFinder,
+    heading_sd_deg: tuple[float, float],
+) -> tuple[Rotation, str]:
+    """Find a frame, and turn it about z as the knee would have it.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    segment : str
+        Which sensor.
+    bias_rad_s : ndarray, shape (3,)
+        Its gyroscope's bias, rad/s.
+    find : callable
+        ``find(trial, segment, bias_rad_s)`` gives the frame to start from and how it was found.
+    heading_sd_deg : tuple of (float, float)
+        Standard deviation of the error of such frames about z, thigh and shank, degrees.
+
+    Returns
+    -------
+    sensor_to_anatomical : Rotation
+        Takes vectors in the sensor frame to the anatomical frame.
+    how : str
+        What was done, for people.
+
+    Raises
+    ------
+    RecordingError
+        As `find` does.
+
+    Notes
+    -----
+    The frame stays as it is without a sensor on the other segment of the leg, and without three
+    seconds of walk, free of gaps, that begin in the calibration posture.
+    """
+    frame, how = find(trial, segment, bias_rad_s)
+    turn_rad = _turn_rad(trial, segment, find, heading_sd_deg)
+    if turn_rad is None:
+        return frame, how
+    mirror = -1.0 if side_of(segment) == "left" else 1.0
+    return Rotation.from_rotvec([0.0, 0.0, mirror * turn_rad]) * frame, (
+        f"{how}; turned by {np.degrees(turn_rad):.1f} deg about z for the knee to abduct least"
+    )
+
+
+def _turn_rad(
+    trial: Trial, segment: str, find: FrameFinder, heading_sd_deg: tuple[float, float]
+) -> float | None:
+    leg = leg_of(segment)
+    if segment not in leg or not all(name in trial.imus for name in leg):
+        return None
+    rates = []
+    for name in leg:
+        still = static_bias(trial, name)
+        bias = np.zeros(3) if still is None else still.bias_rad_s
+        try:
+            frame, _ = find(trial, name, bias)
+        except RecordingError:
+            # a leg whose other sensor shows nothing is as good as one without it
+            return None
+        rate = frame.apply(trial.imus[name].gyroscope_rad_s - bias)
+        rates.append(axis_rates(mirror_angular_rate(rate) if side_of(name) == "left" else rate))
+    steps = _first_steps(trial, np.asarray(np.isfinite(np.hstack(rates)).all(axis=1)))
+    if steps.size < _MIN_WALK_S * trial.sampling_rate_hz:
+        return None
+    thigh, shank = (rate[steps] for rate in rates)
+    turns = knee_headings(thigh, shank, trial.sampling_rate_hz, heading_sd_deg)
+    return float(turns[leg.index(segment)])
+
+
+def _first_steps(trial: Trial, there: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Samples of the walk from the calibration posture on, up to the first gap."""
+    time = trial.time_s
+    begin, end = trial.walking_s or (time[0], time[-1])
+    if trial.still_s:
+        posture_s = trial.still_s[0][1]
+    elif trial.starts_in_calibration_posture:
+        posture_s = time[0]
+    else:
+        return np.empty(0, dtype=np.intp)
+    if not begin - _MAX_WAIT_S <= posture_s < end:
+        return np.empty(0, dtype=np.intp)
+    samples = np.flatnonzero(
+        (time >= posture_s) & (time <= min(end, max(begin, posture_s) + _MAX_WALK_S))
+    )
+    gaps = np.flatnonzero(~there[samples])
+    return samples[: gaps[0]] if gaps.size else samples
 
 
 def knee_headings(
     thigh_rad_s: FloatArray,
     shank_rad_s: FloatArray,
     sampling_rate_hz: float,
-    heading_sd_deg: tuple[float, float] = HEADING_SD_DEG,
+    heading_sd_deg: tuple[float, float],
 ) -> FloatArray:
     """Find by how much thigh and shank must be turned for the knee to abduct least.
 

@@ -361,7 +361,13 @@ def test_a_leg_without_its_other_sensor_falls_back_and_says_what_is_missing():
 
 
 @pytest.mark.parametrize(
-    ("mode", "how"), [("auto", "leg:"), ("leg", "leg:"), ("functional", "functional:")]
+    ("mode", "how"),
+    [
+        ("auto", "leg:"),
+        ("leg", "leg:"),
+        ("knee", "for the knee to abduct least"),
+        ("functional", "functional:"),
+    ],
 )
 def test_simulated_sensors_are_calibrated_to_their_bones(mode, how):
     source = SimulatedGait(subjects=["S2"], conditions=["normal"], treadmill_duration_s=20.0)

@@ -6,12 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from narx.calibration import calibrate
+from narx.calibration import LEG_HEADING_SD_DEG, calibrate
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.joint_angles import orientation_from_joint_angles
-from narx.knee_axis import ABDUCTION_DEG, HEADING_SD_DEG, knee_headings
+from narx.knee_axis import ABDUCTION_DEG, knee_headings
 from narx.recording import GRAVITY_M_S2, ImuRecording, Trial
 from narx.segment_angles import axis_rates, mirror_angular_rate, orientation_from_angles
+from narx.walking_frame import HEADING_SD_DEG
 
 _RATE_HZ = 100.0
 _STAND_S = 2.0
@@ -57,8 +58,10 @@ def test_a_hinge_tells_both_headings(thigh_deg, shank_deg):
 
 def test_headings_are_as_good_at_other_rates():
     thigh, shank = (_faced(o, e) for o, e in zip(_leg(), (6.0, -4.0), strict=True))
-    slow = knee_headings(thigh[::2], shank[::2], _RATE_HZ / 2)
-    np.testing.assert_allclose(slow, knee_headings(thigh, shank, _RATE_HZ), atol=np.radians(0.3))
+    slow = knee_headings(thigh[::2], shank[::2], _RATE_HZ / 2, HEADING_SD_DEG)
+    np.testing.assert_allclose(
+        slow, knee_headings(thigh, shank, _RATE_HZ, HEADING_SD_DEG), atol=np.radians(0.3)
+    )
 
 
 def test_what_is_trusted_stays_and_what_is_not_is_turned():
@@ -73,7 +76,7 @@ def test_what_is_trusted_stays_and_what_is_not_is_turned():
 def test_a_knee_that_abducts_is_not_straightened_beyond_what_knees_do():
     # the answer minimises what the docstring says: checked on a grid
     thigh, shank = _leg(abduction_per_flexion=0.1)
-    exact = knee_headings(_faced(thigh, 0.0), _faced(shank, 0.0), _RATE_HZ)
+    exact = knee_headings(_faced(thigh, 0.0), _faced(shank, 0.0), _RATE_HZ, HEADING_SD_DEG)
     free = knee_headings(
         _faced(thigh, 0.0), _faced(shank, 0.0), _RATE_HZ, heading_sd_deg=(1e3, 1e3)
     )
@@ -174,3 +177,16 @@ def test_simulated_knees_agree_better_with_their_bones():
                 off = found[shank].sensor_to_anatomical * (sensor.inv() * bone).mean()
                 errors.append(np.degrees(off.as_rotvec()[2]))
     assert np.sqrt(np.mean(np.square(by_knee))) < np.sqrt(np.mean(np.square(own))) - 0.5
+
+
+def test_the_knee_turns_what_movements_found_by_less_than_they_are_trusted():
+    source = SimulatedGait(
+        subjects=["V1"], conditions=["fast"], treadmill_duration_s=25.0, sampling_rate_hz=100.0
+    )
+    trial = next(iter(source))
+    leg, knee = calibrate(trial, "leg"), calibrate(trial, "knee")
+    for segment, one in knee.items():
+        turn = (one.sensor_to_anatomical * leg[segment].sensor_to_anatomical.inv()).as_rotvec()
+        np.testing.assert_allclose(turn[:2], 0.0, atol=1e-9)
+        limit = LEG_HEADING_SD_DEG[segment.startswith("shank")]
+        assert 0.0 < np.degrees(abs(turn[2])) < limit

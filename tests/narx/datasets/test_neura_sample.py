@@ -1,6 +1,7 @@
 """The NeuRA walk: stand, walk, turn, walk, stand."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from narx.calibration import calibrate
 from narx.datasets.neura_sample import NeuraSample
 from narx.errors import RecordingError
 from narx.joint_angles import grood_suntay
+from narx.segment_angles import orientation_from_angles
+from narx.start_up import StartUp
 
 pytestmark = pytest.mark.recordings
 
@@ -57,10 +60,44 @@ def test_reference_moves_like_a_walk_and_the_gyroscopes_with_it(trial):
         assert np.abs(knee[-50:].mean(axis=0)).max() < 3.0  # and stand again at the end
 
 
-def test_heading_misalignment_is_small(trial):
+def test_heading_misalignment_is_a_few_degrees(trial):
+    # of sensors that know the walk alone; what the right shank gains for the knee's abduction it
+    # loses here (docs/recordings.md)
     for one in calibrate(trial, remove_heading_misalignment=True).values():
         note = next(n for n in one.notes if "about the vertical" in n)
-        assert abs(float(note.split()[0])) < 10.0
+        assert abs(float(note.split()[0])) < 15.0
+
+
+def test_the_knee_takes_cross_talk_out_of_its_abduction(trial):
+    """With orientations integrated from the gyroscopes, over the first walk, against Vicon."""
+    walk = (trial.time_s > trial.walking_s[0]) & (trial.time_s < trial.walking_s[1])
+    start_up = StartUp(duration_s=np.inf)
+
+    def spread_deg(calibrated, side):
+        names = [f"{kind}_{side}" for kind in ("thigh", "shank")]
+        reference = grood_suntay(*(calibrated[name].reference_wxyz for name in names))
+        estimate = grood_suntay(
+            *(
+                orientation_from_angles(
+                    start_up.run(
+                        calibrated[name].signals.axis_rates_rad_s,
+                        1.0 / trial.sampling_rate_hz,
+                        start_up.begin(np.zeros(3)),
+                    )
+                )
+                for name in names
+            )
+        )
+        return np.degrees(np.nanstd((reference - estimate)[walk, 1]))
+
+    by_knee = calibrate(trial)
+    # a segment at a time there is no knee to see
+    alone = {
+        s: calibrate(replace(trial, imus={s: imu}, reference={s: trial.reference[s]}))[s]
+        for s, imu in trial.imus.items()
+    }
+    for side, least in (("right", 1.5), ("left", 0.3)):
+        assert spread_deg(by_knee, side) < spread_deg(alone, side) - least
 
 
 @pytest.mark.parametrize(
