@@ -1,0 +1,241 @@
+"""Tell what the error of a knee angle on simulated gait is made of.
+
+python -m experiments.error_budget
+
+The *floor* is the error, against the markers, of a method that knows the orientation of every
+sensor exactly: what is left is tissue, landmarks and calibration. Beside it stands the network.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from omegaconf import DictConfig
+from scipy.spatial.transform import Rotation
+from tqdm import tqdm
+
+from experiments.command import command, environment, run_directory, seed_everything, write_json
+from experiments.tables.table import Table, as_markdown
+from narx.calibration import CalibratedSegment, calibrate
+from narx.datasets.simulated_gait import SimulatedGait
+from narx.files import atomic_path
+from narx.joint_angles import grood_suntay
+from narx.method import OrientationMethod, SegmentSignals
+from narx.recording import Trial, side_of
+from narx.segment_angles import (
+    AXES,
+    axis_rates,
+    mirror_angular_rate,
+    mirror_quaternion,
+    mirror_vector,
+    orientation_from_angles,
+)
+from narx.shipped import checkpoint_or_shipped
+from narx.simulation.rotations import compose
+from narx.simulation.true_motion import TrueMotion
+
+FloatArray = NDArray[np.float64]
+
+SIDES = ("right", "left")
+_ESTIMATES = ("floor", "narx")
+
+
+def exact_frame(truth: TrueMotion, segment: str) -> Rotation:
+    """Tell how a sensor really sits on its bone.
+
+    Parameters
+    ----------
+    truth : TrueMotion
+        Of a trial that starts in the calibration posture, in which no tissue is displaced.
+    segment : str
+        Which sensor.
+
+    Returns
+    -------
+    Rotation
+        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+    """
+    bone, sensor = (
+        Rotation.from_quat(of[segment][0], scalar_first=True)
+        for of in (truth.segment_wxyz, truth.sensor_wxyz)
+    )
+    return bone.inv() * sensor
+
+
+def exactly_tracked(sensor_wxyz: FloatArray, frame: Rotation, segment: str) -> FloatArray:
+    """Give what a method without any error of its own would say.
+
+    Parameters
+    ----------
+    sensor_wxyz : ndarray, shape (N, 4)
+        True orientation of the sensor.
+    frame : Rotation
+        What the calibration takes for sensor to anatomical frame.
+    segment : str
+        Name; a left one is mirrored.
+
+    Returns
+    -------
+    ndarray, shape (N, 4)
+        Quaternions w, x, y, z of the anatomical frame, starting at zero as methods do.
+    """
+    sensor = Rotation.from_quat(sensor_wxyz, scalar_first=True)
+    wxyz = compose(frame * sensor[0].inv(), sensor, frame.inv()).as_quat(scalar_first=True)
+    return mirror_quaternion(wxyz) if side_of(segment) == "left" else np.asarray(wxyz)
+
+
+def network_says(
+    trial: Trial,
+    segment: str,
+    calibrated: CalibratedSegment,
+    frame: Rotation,
+    method: OrientationMethod,
+) -> FloatArray:
+    """Run a method on a segment in a frame of our choice.
+
+    Parameters
+    ----------
+    trial : Trial
+        The trial.
+    segment : str
+        Which sensor.
+    calibrated : CalibratedSegment
+        Has the gyroscope's bias.
+    frame : Rotation
+        Sensor to anatomical frame.
+    method : OrientationMethod
+        Method.
+
+    Returns
+    -------
+    ndarray, shape (N, 4)
+        Quaternions w, x, y, z of the (mirrored) anatomical frame.
+    """
+    imu = trial.imus[segment]
+    rate = frame.apply(imu.gyroscope_rad_s - calibrated.static_bias_rad_s)
+    force = frame.apply(imu.accelerometer_m_s2)
+    if side_of(segment) == "left":
+        rate, force = mirror_angular_rate(rate), mirror_vector(force)
+    signals = SegmentSignals(segment, trial.sampling_rate_hz, axis_rates(rate), force, np.zeros(3))
+    return orientation_from_angles(method.estimate(signals))
+
+
+def knee_errors(
+    source: SimulatedGait, calibration: str, method: OrientationMethod, skip_s: float
+) -> Iterator[dict[str, object]]:
+    """Measure the floor and a method on every knee of a source.
+
+    Parameters
+    ----------
+    source : SimulatedGait
+        Walks.
+    calibration : str
+        Mode of `narx.calibration.calibrate`, or ``exact``.
+    method : OrientationMethod
+        Method beside the floor.
+    skip_s : float
+        Start of each trial that is not scored, s.
+
+    Yields
+    ------
+    dict
+        ``seed``, ``subject``, ``condition``, ``side``, ``estimate`` (``floor`` or ``narx``) and the
+        root mean square error in degrees of each of `AXES`, mean error included.
+    """
+    for trial in source:
+        truth = source.truth(trial.subject, trial.condition, trial.trial)
+        calibrated = calibrate(trial, "auto" if calibration == "exact" else calibration)  # type: ignore[arg-type]
+        scored = trial.time_s - trial.time_s[0] >= skip_s
+        for side in SIDES:
+            names = [f"{kind}_{side}" for kind in ("thigh", "shank")]
+            frames = {
+                name: exact_frame(truth, name)
+                if calibration == "exact"
+                else calibrated[name].sensor_to_anatomical
+                for name in names
+            }
+            said = {
+                "floor": [exactly_tracked(truth.sensor_wxyz[n], frames[n], n) for n in names],
+                "narx": [network_says(trial, n, calibrated[n], frames[n], method) for n in names],
+            }
+            reference = grood_suntay(*(calibrated[n].reference_wxyz for n in names))  # type: ignore[arg-type]
+            for estimate in _ESTIMATES:
+                error = np.degrees(reference - grood_suntay(*said[estimate]))[scored]
+                rmse = np.sqrt(np.nanmean(error**2, axis=0))
+                yield {
+                    "seed": source.seed,
+                    "subject": trial.subject,
+                    "condition": trial.condition,
+                    "side": side,
+                    "estimate": estimate,
+                } | dict(zip(AXES, rmse, strict=True))
+
+
+def budget_tables(errors: pd.DataFrame) -> list[Table]:
+    """Put the variants beside each other, and the knees.
+
+    Parameters
+    ----------
+    errors : pandas.DataFrame
+        Rows of `knee_errors` with a column ``variant``, in the order in which to show them.
+
+    Returns
+    -------
+    list of Table
+        Mean RMSE a variant; frontal RMSE of every knee (mean over speeds) in the first variant.
+    """
+    variants = list(dict.fromkeys(errors["variant"]))
+    mean = pd.DataFrame(
+        {
+            f"{estimate} {axis}": of_one.groupby("variant")[axis].mean()
+            for estimate in _ESTIMATES
+            for of_one in [errors[errors["estimate"] == estimate]]
+            for axis in AXES
+        }
+    ).loc[variants]
+    mean.index.name = "variant"
+    first = errors[errors["variant"] == variants[0]]
+    who = first["subject"] + ", seed " + first["seed"].astype(str)
+    which = first["estimate"] + " " + first["side"]
+    knees = first.groupby([who.rename("subject"), which.rename("knee")])["frontal"].mean()
+    knees = knees.unstack("knee")
+    return [
+        Table("Knee RMSE (°)", mean, dict.fromkeys(mean.columns, 2)),
+        Table(f"Frontal knee RMSE (°) with {variants[0]}", knees, dict.fromkeys(knees.columns, 2)),
+    ]
+
+
+def _error_budget(cfg: DictConfig) -> None:
+    seed_everything(cfg.seed)
+    directory = run_directory()
+    method = checkpoint_or_shipped(cfg.checkpoint).method()
+    rows: list[dict[str, object]] = []
+    for name, variant in tqdm(cfg.variants.items(), desc="variants", disable=None):
+        for seed in cfg.seeds:
+            source = SimulatedGait(
+                subjects=list(cfg.subjects),
+                treadmill_duration_s=cfg.duration_s,
+                sampling_rate_hz=cfg.sampling_rate_hz,
+                without=list(variant.get("without", [])),
+                seed=seed,
+            )
+            mode = variant.get("calibration", "auto")
+            rows += [
+                {"variant": name} | row for row in knee_errors(source, mode, method, cfg.skip_s)
+            ]
+    errors = pd.DataFrame(rows)
+    with atomic_path(directory / "error_budget.csv") as temporary:
+        errors.to_csv(temporary, index=False)
+    write_json(environment(cfg.seed, {}), directory / "environment.json")
+    text = as_markdown(budget_tables(errors))
+    with atomic_path(directory / "error_budget.md") as temporary:
+        temporary.write_text(text + "\n")
+    print(text)
+    print(f"\nerror_budget.csv and error_budget.md: {directory}")
+
+
+main = command("error_budget")(_error_budget)
+
+if __name__ == "__main__":
+    main()
