@@ -16,6 +16,7 @@ from narx.closed_loop import closed_loop
 from narx.least_squares.network import NetworkFit
 from narx.least_squares.stopping import Stopping
 from narx.levenberg_marquardt import Options, levenberg_marquardt
+from narx.multi_start import normal_starts
 from narx.structure import NarxStructure
 
 DEFAULT = NarxStructure()
@@ -90,6 +91,21 @@ def test_solvers_fit_the_same_problem_and_stop_at_the_level(problem, name):
     assert longer.mean_square <= 0.01 * level < trained.mean_square
     at_once = train(weights, 2.0 * start)
     assert at_once.n_steps <= 2
+
+
+def test_the_engine_ends_no_higher_than_scipy_from_random_starts():
+    """From far away chance decides which valley a solver meets: so many starts, on average."""
+    v, target = gait_like(300)
+    fit = NetworkFit(
+        torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
+    )
+    starts = normal_starts(DEFAULT, 16, np.random.default_rng(1))
+    train = solvers.scipy_open_loop(v, target, 1000)
+    theirs = np.array([train(start, 0.0).mean_square for start in starts])
+    options = Options(Stopping(max_evaluations=1000, gradient=0.0, step=0.0))
+    ours = 2.0 * levenberg_marquardt(fit, starts, options).cost / len(v)
+    assert np.exp(np.mean(np.log(ours / theirs))) < 1.05
+    assert np.median(ours) < 1.05 * np.median(theirs)
 
 
 def test_scipy_reports_what_it_reached(problem):
