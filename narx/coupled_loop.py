@@ -31,7 +31,11 @@ def coupled_closed_loop(
     structure: NarxStructure,
     tanh: Tanh = "rational",
 ) -> tuple[Tensor, Tensor]:
-    """Run one network on three coupled axes (differentiable by the weights).
+    """Run one network on three coupled axes.
+
+    Compiled on the CPU, with its gradient by the weights. Where a gradient by rates, state,
+    posture or scales is asked for, and on other devices, it runs by plain torch operations,
+    hundreds of times slower.
 
     Parameters
     ----------
@@ -57,16 +61,18 @@ def coupled_closed_loop(
     angles : Tensor, shape (..., N, 3)
         ``angle_scale p + posture``, rad.
     final_state : Tensor, shape (..., 3, n_state)
-        State after the last sample; not differentiable on the CPU.
+        State after the last sample; where the compiled kernel runs, without a gradient.
 
     Raises
     ------
     ValueError
-        If shapes do not fit, or gradients by anything but the weights are asked for on the CPU.
+        If shapes do not fit.
     """
     _check_weights(weights, structure)
     rates, state, posture = broadcast_axes(rates, state, posture, structure)
-    if rates.device.type != "cpu":
+    others = (rates, state, posture, rate_scale, angle_scale)
+    differentiated = torch.is_grad_enabled() and any(t.requires_grad for t in others)
+    if rates.device.type != "cpu" or differentiated:
         return coupled_closed_loop_by_torch(
             weights,
             rates,
@@ -76,8 +82,6 @@ def coupled_closed_loop(
             angle_scale=angle_scale,
             structure=structure,
         )
-    if torch.is_grad_enabled() and any(t.requires_grad for t in (rates, state, posture)):
-        raise ValueError("the coupled loop differentiates by its weights alone")
     angles, final = _Coupled.apply(
         weights, rates, state, posture, rate_scale, angle_scale, structure, tanh
     )

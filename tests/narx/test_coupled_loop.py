@@ -111,6 +111,25 @@ def test_gradcheck(n_sets, n_sequences):
     )
 
 
+def test_gradcheck_by_everything():
+    inputs = [t.requires_grad_() for t in problem(2, 4, 3)]
+    scales = [SCALES[name].clone().requires_grad_() for name in ("rate_scale", "angle_scale")]
+
+    def run(*given):
+        rate_scale, angle_scale = given[4:]
+        return coupled_closed_loop(
+            *given[:4], **SCALES | {"rate_scale": rate_scale, "angle_scale": angle_scale}
+        )
+
+    assert torch.autograd.gradcheck(run, [*inputs, *scales])
+    with torch.no_grad():  # the same numbers as the kernel, which runs where none is asked for
+        compiled = run(*inputs, *scales)
+    for ours, theirs in zip(compiled, run(*inputs, *scales), strict=True):
+        assert not ours.requires_grad
+        assert theirs.requires_grad
+        torch.testing.assert_close(ours, theirs.detach(), rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("n_sets", [1, 3])
 def test_jacobian_against_autograd_and_finite_differences(n_sets):
     weights, rates, state, posture = problem(2, 140, n_sets)
@@ -202,8 +221,6 @@ def test_edges():
     missing, _ = coupled_closed_loop(weights, rates, state, posture, **SCALES)
     assert missing[0, 1].isnan().all()
     assert missing[1].isfinite().all()
-    with pytest.raises(ValueError, match="weights alone"):
-        coupled_closed_loop(weights, rates.requires_grad_(), state, posture, **SCALES)
     with pytest.raises(ValueError, match="rates"):
         coupled_closed_loop(weights, rates[..., :2], state, posture, **SCALES)
     with pytest.raises(ValueError, match="weights"):
