@@ -23,6 +23,7 @@ from narx.files import atomic_path
 from narx.joint_angles import grood_suntay
 from narx.method import OrientationMethod, SegmentSignals
 from narx.recording import Trial, side_of
+from narx.rotations import compose
 from narx.segment_angles import (
     AXES,
     axis_rates,
@@ -32,7 +33,6 @@ from narx.segment_angles import (
     orientation_from_angles,
 )
 from narx.shipped import checkpoint_or_shipped
-from narx.simulation.rotations import compose
 from narx.simulation.true_motion import TrueMotion
 
 FloatArray = NDArray[np.float64]

@@ -19,6 +19,7 @@ from narx.errors import RecordingError
 from narx.functional_frame import leg_of
 from narx.joint_angles import grood_suntay
 from narx.recording import FloatArray, Trial, side_of
+from narx.rotations import compose
 from narx.segment_angles import axis_rates, mirror_angular_rate, orientation_from_angles
 from narx.start_up import StartUp
 from narx.static_bias import static_bias
@@ -79,7 +80,7 @@ def turned_by_knee(
     seconds of walk, free of gaps, that begin in the calibration posture.
     """
     frame, how = find(trial, segment, bias_rad_s)
-    turn_rad = _turn_rad(trial, segment, find, heading_sd_deg)
+    turn_rad = _turn_rad(trial, segment, frame, find, heading_sd_deg)
     if turn_rad is None:
         return frame, how
     mirror = -1.0 if side_of(segment) == "left" else 1.0
@@ -89,7 +90,11 @@ def turned_by_knee(
 
 
 def _turn_rad(
-    trial: Trial, segment: str, find: FrameFinder, heading_sd_deg: tuple[float, float]
+    trial: Trial,
+    segment: str,
+    own: Rotation,
+    find: FrameFinder,
+    heading_sd_deg: tuple[float, float],
 ) -> float | None:
     leg = leg_of(segment)
     if segment not in leg or not all(name in trial.imus for name in leg):
@@ -99,7 +104,7 @@ def _turn_rad(
         still = static_bias(trial, name)
         bias = np.zeros(3) if still is None else still.bias_rad_s
         try:
-            frame, _ = find(trial, name, bias)
+            frame = own if name == segment else find(trial, name, bias)[0]
         except RecordingError:
             # a leg whose other sensor shows nothing is as good as one without it
             return None
@@ -174,7 +179,7 @@ def knee_headings(
         knee = grood_suntay(
             *(
                 # the calibration posture is zero in any frame, so a turn acts on both sides
-                (turn * orientation * turn.inv()).as_quat(scalar_first=True)
+                compose(turn, orientation, turn.inv()).as_quat(scalar_first=True)
                 for turn, orientation in zip(
                     Rotation.from_euler("Z", turns_rad[:, None]), (thigh, shank), strict=True
                 )

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from narx.clock_alignment import estimate_heading_misalignment
 from narx.recording import FloatArray, Trial, side_of
+from narx.rotations import compose
 from narx.segment_angles import mirror_quaternion
 
 
@@ -51,12 +52,13 @@ def anatomical_reference(
     orientation = Rotation.from_quat(quaternion[there], scalar_first=True)
     posture = _posture(trial, there)
     if reference.frame == "sensor":
-        orientation = orientation * sensor_to_anatomical.inv()
+        orientation = compose(orientation, sensor_to_anatomical.inv())
         notes.append("reference tracked the sensor: the sensor's calibration applies to it")
     else:
         if posture is not None:
             mean = orientation[posture].mean()
-            orientation = orientation * mean.inv() * _turn_about_vertical(_heading_rad(mean))
+            upright = mean.inv() * _turn_about_vertical(_heading_rad(mean))
+            orientation = compose(orientation, upright)
             notes.append("anatomical reference made upright in the calibration posture")
         if remove_heading_misalignment:
             imu = trial.imus[segment]
@@ -66,16 +68,17 @@ def anatomical_reference(
                 imu.time_s[there],
                 orientation.as_quat(scalar_first=True),
             )
-            orientation = orientation * _turn_about_vertical(-angle)
+            orientation = compose(orientation, _turn_about_vertical(-angle))
             notes.append(
                 f"{np.degrees(angle):.1f} deg about the vertical between reference and calibrated "
                 "sensor removed"
             )
     if posture is not None:
-        orientation = _turn_about_vertical(-_heading_rad(orientation[posture].mean())) * orientation
+        heading = _heading_rad(orientation[posture].mean())
+        orientation = compose(_turn_about_vertical(-heading), orientation)
         notes.append("heading of the calibration posture removed")
     elif not trial.straight:
-        orientation = _turn_about_vertical(-_heading_rad(orientation[0])) * orientation
+        orientation = compose(_turn_about_vertical(-_heading_rad(orientation[0])), orientation)
         notes.append("heading of the first sample removed")
     result[there] = orientation.as_quat(scalar_first=True)
     return (mirror_quaternion(result) if side_of(segment) == "left" else result), notes

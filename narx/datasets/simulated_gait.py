@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
 from narx.recording import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
+from narx.rotations import compose
 from narx.simulation.body import TABLE_1, Body, body_of
 from narx.simulation.calculus import EDGE
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
@@ -19,7 +20,6 @@ from narx.simulation.gait_timing import GaitTiming, overground_timing, treadmill
 from narx.simulation.inertial import angular_rate, specific_force
 from narx.simulation.markers import track
 from narx.simulation.random_numbers import stream
-from narx.simulation.rotations import compose
 from narx.simulation.sensor import measure, sensor_model
 from narx.simulation.session import ERROR_SOURCES, Session, draw_session, leave_out
 from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move

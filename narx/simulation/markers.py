@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from narx.simulation.rotations import compose
+from narx.rotations import compose
 from narx.simulation.skeleton import SkeletonMotion
 from narx.simulation.soft_tissue import MARKER_GAIN, SoftTissue, draw_soft_tissue
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from narx.rotations import compose, from_angles
 from narx.simulation.body import Body
 from narx.simulation.calculus import derivative, second_derivative, smooth_step
-from narx.simulation.rotations import compose, from_angles
 
 FloatArray = NDArray[np.float64]
 

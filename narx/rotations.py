@@ -1,7 +1,7 @@
 """Composition of many rotations at once.
 
 `scipy.spatial.transform.Rotation` composes some twenty times slower than its quaternions can be
-multiplied column by column; a minute of walking composes millions of them.
+multiplied column by column; minutes of walking compose millions of them.
 """
 
 import numpy as np

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from narx.simulation.rotations import compose, from_angles
+from narx.rotations import compose, from_angles
 
 
 @settings(max_examples=30, deadline=None)
