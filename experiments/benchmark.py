@@ -3,6 +3,7 @@
 python -m experiments.benchmark data=smartphone_pocket data_root=DIR split=leave_one_subject_out
 """
 
+import time
 from collections.abc import Mapping
 
 import numpy as np
@@ -85,7 +86,7 @@ def run(
         for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
             evaluated, refusals = evaluate_trial(
-                trial, calibrated, methods, part, cfg.evaluation.skip_s
+                trial, calibrated, methods, part, cfg.evaluation.skip_s, gathered.workload
             )
             scored, further = report.observe(trial, calibrated, methods, evaluated)
             gathered.refusals += [*further, *refusals]
@@ -125,7 +126,9 @@ def _with_network(
     gathered: Gathered,
 ) -> dict[str, OrientationMethod]:
     told = log.for_fold(fold.name) if log else lambda iteration, numbers: None
+    begun = time.perf_counter()
     network = network_of(cfg, sources, fold, rng, told)
+    gathered.workload.training_s += time.perf_counter() - begun
     gathered.networks[fold.name] = network
     return {
         name: network.method(smoothing=name == "narx_smoothed")
@@ -155,6 +158,7 @@ def _benchmark(cfg: DictConfig) -> None:
         gathered = run(cfg, log, report)
         write_results(gathered.results, directory / "results.csv")
         write_json(environment(cfg.seed, gathered.sources), directory / "environment.json")
+        write_json(gathered.workload.report(), directory / "timing.json")
         for fold, network in gathered.networks.items():
             checkpoints.save(network, directory / "networks" / f"{_file_name(fold)}.pt")
         summary = write_report(report, cfg, gathered, directory, log)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from experiments.evaluated import Evaluated, knee
 from experiments.splits import TrialPart
+from experiments.workload import Workload
 from narx.calibration import CalibratedSegment
 from narx.errors import MethodNotApplicableError
 from narx.method import OrientationMethod
@@ -46,6 +47,7 @@ def evaluate_trial(
     methods: Mapping[str, OrientationMethod],
     part: TrialPart,
     skip_s: float,
+    workload: Workload | None = None,
 ) -> tuple[list[Evaluated], list[Refusal]]:
     """Estimate the angles of every segment and joint of a trial by every method.
 
@@ -61,6 +63,8 @@ def evaluate_trial(
         Part that is scored.
     skip_s : float
         Time after the first sample that is not scored, because causal methods begin at zero, s.
+    workload : Workload, optional
+        Told how long each method took.
 
     Returns
     -------
@@ -73,13 +77,15 @@ def evaluate_trial(
     scored = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)
     if trial.scored is not None:
         scored &= trial.scored
+    workload = workload or Workload()
     segments: dict[str, Evaluated] = {}
     refusals: list[Refusal] = []
     for name, segment in calibrated.items():
         estimates, std = {}, {}
         for method_name, method in methods.items():
             try:
-                estimates[method_name] = method.estimate(segment.signals)
+                with workload.of_method(method_name):
+                    estimates[method_name] = method.estimate(segment.signals)
             except MethodNotApplicableError as error:
                 refusals.append(Refusal(trial.name, name, method_name, str(error)))
                 continue

@@ -6,6 +6,7 @@ import pandas as pd
 
 from experiments.estimation import Refusal
 from experiments.evaluated import Evaluated
+from experiments.workload import Workload
 from narx.checkpoint import Checkpoint
 
 
@@ -27,6 +28,8 @@ class Gathered:
         Data files and their SHA-256.
     notes : list of str
         What the sources did to their data.
+    workload : Workload
+        Time in each method.
     """
 
     results: pd.DataFrame
@@ -35,3 +38,4 @@ class Gathered:
     networks: dict[str, Checkpoint] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    workload: Workload = field(default_factory=Workload)

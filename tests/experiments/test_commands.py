@@ -79,6 +79,9 @@ def test_benchmark_leaves_results_summary_and_figures(run_command):
     assert set(results["method"]) == {
         "narx", "narx_smoothed", "pseudo_integrator", "complementary_filter", "gyro_integration",
     }  # fmt: skip
+    timing = json.loads((directory / "timing.json").read_text())
+    assert set(timing["methods_s"]) == set(results["method"])
+    assert 0.0 < timing["all_methods_s"] + timing["training_s"] <= timing["run_s"]
     assert set(results["axis"]) == {"sagittal", "frontal", "transverse"}
     assert {"knee_right", "knee_left", "thigh_right", "shank_left"} <= set(results["segment"])
     transverse = results[

@@ -1,0 +1,78 @@
+"""What a run took: time in each method, and memory."""
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Workload:
+    """Clock of a benchmark, kept beside its results because no two runs agree in it.
+
+    Parameters
+    ----------
+    methods_s : dict of str to float
+        Time in each method's estimates, s; the next trial is prepared meanwhile.
+    training_s : float
+        Time in training, data included, s.
+    """
+
+    methods_s: dict[str, float] = field(default_factory=dict)
+    training_s: float = 0.0
+    _begun: float = field(default_factory=time.perf_counter)
+
+    @contextmanager
+    def of_method(self, name: str) -> Iterator[None]:
+        """Count what is done inside as a method's.
+
+        Parameters
+        ----------
+        name : str
+            The method.
+
+        Yields
+        ------
+        None
+            While it works.
+        """
+        begun = time.perf_counter()
+        try:
+            yield
+        finally:
+            spent = time.perf_counter() - begun
+            self.methods_s[name] = self.methods_s.get(name, 0.0) + spent
+
+    def report(self) -> dict[str, object]:
+        """Sum up for ``timing.json``.
+
+        Returns
+        -------
+        dict
+            Seconds in each method, in all of them, in training and in the whole run; peak memory
+            of the process in MiB, None where the system does not tell.
+        """
+        return {
+            "methods_s": dict(sorted(self.methods_s.items())),
+            "all_methods_s": sum(self.methods_s.values()),
+            "training_s": self.training_s,
+            "run_s": time.perf_counter() - self._begun,
+            "peak_memory_mib": peak_memory_mib(),
+        }
+
+
+def peak_memory_mib() -> float | None:
+    """Read the most memory that this process has had.
+
+    Returns
+    -------
+    float or None
+        Resident set in MiB; None on Windows.
+    """
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    unit = 2.0**20 if sys.platform == "darwin" else 2.0**10
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
