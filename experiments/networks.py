@@ -27,6 +27,7 @@ from narx.training import NetworkDesign, train_network
 from narx.washout import washout_gain
 
 FloatArray = NDArray[np.float64]
+_Std = tuple[float, float, float]
 
 
 def network_of(
@@ -181,7 +182,8 @@ def train(
         "data_sha256": hashes,
     }
     network = Checkpoint(model, start_up, axis_scaling, history=history, washout_s=washout_s)
-    return replace(network, error_std_rad=_error_std(network, sources, fold, cfg))
+    after, start = _error_stds(network, sources, fold, cfg)
+    return replace(network, error_std_rad=after, start_std_rad=start)
 
 
 def _sequences(
@@ -209,23 +211,32 @@ def _inside(trial: Trial, part: TrialPart, skip_s: float) -> NDArray[np.bool_]:
     return np.asarray(inside)
 
 
-def _error_std(
+def _error_stds(
     network: Checkpoint, sources: Mapping[str, TrialSource], fold: Fold, cfg: DictConfig
-) -> tuple[float, float, float] | None:
+) -> tuple[_Std, _Std] | tuple[None, None]:
     # root mean square error of the whole method on the trials trained on, where there is a
-    # reference: what the standard deviation of an estimate is taken to be
+    # reference, after the start-up and during it: what the standard deviation of an estimate is
+    # taken to be
     method = network.method()
-    total, count = np.zeros(3), np.zeros(3)
+    total, count = np.zeros((2, 3)), np.zeros((2, 3))
     for part in {part.key: part for part in fold.training}.values():
         trial = load(sources, part)
         keep = trial.time_s - trial.time_s[0] >= cfg.training.skip_s
         for segment in calibrate(trial, cfg.calibration).values():
             if segment.reference_angles_rad is None:
                 continue
-            error = (segment.reference_angles_rad - method.estimate(segment.signals))[keep]
-            total += np.nansum(error**2, axis=0)
-            count += np.isfinite(error).sum(axis=0)
+            error = segment.reference_angles_rad - method.estimate(segment.signals)
+            starting = method.starting(segment.signals)
+            for row, when in enumerate((keep & starting, keep & ~starting)):
+                total[row] += np.nansum(error[when] ** 2, axis=0)
+                count[row] += np.isfinite(error[when]).sum(axis=0)
     if not count.any():
-        return None
-    rms = np.sqrt(np.divide(total, count, out=np.full(3, np.nan), where=count > 0))
-    return float(rms[0]), float(rms[1]), float(rms[2])
+        return None, None
+    start, after = np.sqrt(np.divide(total, count, out=np.full((2, 3), np.nan), where=count > 0))
+    after = np.where(np.isfinite(after), after, start)
+    return _as_std(after), _as_std(start)
+
+
+def _as_std(values_rad: FloatArray) -> _Std:
+    sagittal, frontal, transverse = map(float, values_rad)
+    return sagittal, frontal, transverse

@@ -30,6 +30,8 @@ class Checkpoint:
         How untrained axes are normalised.
     error_std_rad : tuple of three floats, optional
         Standard deviation of the error per axis, rad; None where it is not known.
+    start_std_rad : tuple of three floats, optional
+        The same during the start-up; None or NaN where it is not known apart.
     history : dict
         Plain numbers and strings: configuration, training report, stability, environment.
     washout_s : float, optional
@@ -41,6 +43,7 @@ class Checkpoint:
     start_up: StartUp = field(default_factory=StartUp)
     axis_scaling: AxisScaling = "training"
     error_std_rad: tuple[float, float, float] | None = None
+    start_std_rad: tuple[float, float, float] | None = None
     history: dict[str, Any] = field(default_factory=dict)
     washout_s: float | None = WASHOUT_S
 
@@ -57,9 +60,18 @@ class Checkpoint:
         NarxMethod
             Ready to estimate.
         """
-        std = None if self.error_std_rad is None else np.array(self.error_std_rad)
+        std, start_std = (
+            None if std is None else np.array(std)
+            for std in (self.error_std_rad, self.start_std_rad)
+        )
         return NarxMethod(
-            self.model, self.start_up, self.axis_scaling, std, self.washout_s, smoothing
+            self.model,
+            self.start_up,
+            self.axis_scaling,
+            std,
+            start_std,
+            self.washout_s,
+            smoothing,
         )
 
 
@@ -79,6 +91,7 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
         "start_up": asdict(checkpoint.start_up),
         "axis_scaling": checkpoint.axis_scaling,
         "error_std_rad": checkpoint.error_std_rad,
+        "start_std_rad": checkpoint.start_std_rad,
         "washout_s": checkpoint.washout_s,
         "history": checkpoint.history,
     }
@@ -116,8 +129,10 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
             StartUp(**content["start_up"]),
             content["axis_scaling"],
             content["error_std_rad"],
+            # a file from before there were these runs as it did
+            content.get("start_std_rad"),
             content["history"],
-            content.get("washout_s"),  # a file from before there was one runs as it did
+            content.get("washout_s"),
         )
         checkpoint.method()  # a file whose network cannot run is refused here, by its name
         return checkpoint

@@ -34,6 +34,8 @@ class NarxMethod(OrientationMethod):
         square over the recording, so not sample by sample).
     error_std_rad : ndarray, shape (3,), optional
         Standard deviation of the error per axis, from training; None where it is not known.
+    start_std_rad : ndarray, shape (3,), optional
+        The same during the start-up; None or NaN where it is not known apart.
     washout_s : float, optional
         Time constant with which a lasting deviation from the posture is taken off
         (`narx.washout`), s; None leaves it.
@@ -56,6 +58,7 @@ class NarxMethod(OrientationMethod):
         start_up: StartUp | None = None,
         axis_scaling: AxisScaling = "training",
         error_std_rad: FloatArray | None = None,
+        start_std_rad: FloatArray | None = None,
         washout_s: float | None = WASHOUT_S,
         smoothing: bool = False,
     ) -> None:
@@ -68,6 +71,7 @@ class NarxMethod(OrientationMethod):
         self.start_up = start_up or StartUp()
         self.axis_scaling = axis_scaling
         self.error_std_rad = error_std_rad
+        self.start_std_rad = start_std_rad
         self.smoothing = smoothing
         self._washout_gain = washout_gain(washout_s, 1.0 / model.sampling_rate_hz)
 
@@ -88,8 +92,35 @@ class NarxMethod(OrientationMethod):
         if self.error_std_rad is None or self.smoothing:
             return None
         std = np.tile(np.asarray(self.error_std_rad, dtype=float), (signals.n_samples, 1))
+        if self.start_std_rad is not None:
+            known = np.isfinite(self.start_std_rad)
+            std[np.ix_(self.starting(signals), known)] = self.start_std_rad[known]
         std[~np.isfinite(signals.axis_rates_rad_s).all(axis=1)] = np.nan
         return std
+
+    def starting(self, signals: SegmentSignals) -> NDArray[np.bool_]:
+        """Tell which samples belong to the start-up.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        ndarray of bool, shape (N,)
+            False at missing samples; at another rate than the network's right to a sample.
+        """
+        starting: NDArray[np.bool_] = np.array(np.isfinite(signals.axis_rates_rad_s).all(axis=1))
+        there = np.flatnonzero(starting)
+        taken = self.start_up.run(
+            signals.axis_rates_rad_s[there],
+            signals.interval_s,
+            self.start_up.begin(signals.initial_angles_rad),
+            self.model.coupled,
+        )
+        starting[there[len(taken) :]] = False
+        return starting
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         rate_hz = self.model.sampling_rate_hz

@@ -29,6 +29,7 @@ def checkpoint():
         StartUp(duration_s=1.5, averaging_s=0.7, leak_rad_s=0.2, settling_gain=1.0, settling_s=0.3),
         "own",
         (0.1, 0.2, 0.3),
+        (0.4, 0.5, 0.6),
         {"trained_on": ["a", "b"], "report": {"cost": 0.5, "restarts": {"best": 1}}},
         7.5,
     )
@@ -44,14 +45,17 @@ def test_everything_comes_back(checkpoint, path):
     again = checkpoints.load(path)
     assert torch.equal(again.model.weights, checkpoint.model.weights)
     assert again.model.to_config() == checkpoint.model.to_config()
-    for name in ("start_up", "axis_scaling", "error_std_rad", "history", "washout_s"):
+    for name in (
+        "start_up", "axis_scaling", "error_std_rad", "start_std_rad", "history", "washout_s",
+    ):  # fmt: skip
         assert getattr(again, name) == getattr(checkpoint, name)
     rates = np.random.default_rng(0).normal(size=(300, 3))
     signals = SegmentSignals("thigh", 94.3, rates, np.zeros_like(rates), np.zeros(3))
     np.testing.assert_array_equal(
         again.method().estimate(signals), checkpoint.method().estimate(signals)
     )
-    np.testing.assert_array_equal(again.method().standard_deviation(signals)[7], [0.1, 0.2, 0.3])
+    std = again.method().standard_deviation(signals)
+    np.testing.assert_array_equal(std[[7, -1]], [[0.4, 0.5, 0.6], [0.1, 0.2, 0.3]])
     assert [entry.name for entry in path.parent.iterdir()] == ["network.pt"]
 
 
@@ -66,15 +70,19 @@ def test_saving_again_writes_the_same(checkpoint, path):
 def test_it_holds_plain_data_alone(path):
     content = torch.load(path, weights_only=True)
     assert set(content) == {
-        "model", "weights", "start_up", "axis_scaling", "error_std_rad", "history", "washout_s",
+        "model", "weights", "start_up", "axis_scaling", "error_std_rad", "start_std_rad",
+        "history", "washout_s",
     }  # fmt: skip
 
 
-def test_a_file_without_a_washout_runs_without_one(checkpoint, path):
+def test_a_file_from_before_a_choice_runs_without_it(checkpoint, path):
     content = torch.load(path, weights_only=True)
-    del content["washout_s"]
+    del content["washout_s"], content["start_std_rad"]
     torch.save(content, path)
-    assert checkpoints.load(path).washout_s is None
+    again = checkpoints.load(path)
+    assert again.washout_s is None
+    assert again.start_std_rad is None
+    assert again.error_std_rad == checkpoint.error_std_rad
 
 
 class Code:

@@ -215,5 +215,38 @@ def test_refusals():
         NarxMethod(network(), axis_scaling="own").stream(100.0)
 
 
+@pytest.mark.parametrize("rate_hz", [100.0, 250.0])
+@pytest.mark.parametrize("known", [True, False])
+def test_the_start_up_has_a_standard_deviation_of_its_own(motion, rate_hz, known):
+    walk = motion("walking", rate_hz, 12.0)
+    signals = walk.signals if known else unknown(walk)
+    rates = signals.axis_rates_rad_s.copy()
+    rates[[50, -1]] = np.nan
+    signals = replace(signals, axis_rates_rad_s=rates)
+    method = NarxMethod(
+        network(),
+        START_UP,
+        error_std_rad=np.array([0.1, 0.2, np.nan]),
+        start_std_rad=np.array([0.4, np.nan, np.nan]),
+    )
+    starting = method.starting(signals)
+    assert 4.0 <= starting.sum() / rate_hz < 6.0
+    # one piece from the first sample on, but for what is missing
+    assert np.flatnonzero(~starting).tolist() == [50, *range(starting.sum() + 1, len(starting))]
+    std = method.standard_deviation(signals)
+    there = np.isfinite(rates).all(axis=1)
+    np.testing.assert_array_equal(std[starting, 0], 0.4)
+    np.testing.assert_array_equal(std[there & ~starting, 0], 0.1)
+    np.testing.assert_array_equal(std[there, 1], 0.2)
+    assert np.isnan(std[:, 2]).all()
+    assert np.isnan(std[~there]).all()
+    # it ends where the network takes over, from where on there is something to wash out
+    one, other = (
+        NarxMethod(network(), START_UP, washout_s=w).estimate(signals) for w in (None, 5.0)
+    )
+    parts = np.flatnonzero(np.abs(one - other).max(axis=1) > 1e-12)[0]
+    assert abs(parts - np.flatnonzero(starting)[-1]) <= np.ceil(rate_hz / 100.0) + 1
+
+
 def test_no_error_known_no_standard_deviation(motion):
     assert NarxMethod(network()).standard_deviation(motion("still").signals) is None
