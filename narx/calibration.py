@@ -83,12 +83,11 @@ def calibrate(
         until the knee abducts least in walking (`narx.knee_axis`). ``walking``: gravity (in
         standing where the trial has it, otherwise over the walk) and the principal horizontal
         axis of the walking gyroscope as y, turned in the same way where both sensors of a leg are
-        there. ``sensor``: the sensor frame, turned the shortest
-        way so that z is up at rest (or over the first second), for what is not a leg; a second
-        sensor is given the heading of the first at rest by the reference, where that tracked the
-        sensors, so that the joint between them starts at zero. ``auto``: leg, functional or
-        walking, the first for which the trial has the recordings; sensor for anything but thigh
-        and shank.
+        there. ``sensor``: the sensor frame, turned the shortest way so that z is up at rest (or
+        over the first second), for what is not a leg; a second sensor is given the heading of the
+        first at rest by the reference, where that tracked the sensors, so that the joint between
+        them starts at zero. ``auto``: knee, functional or walking, the first for which the trial
+        has the recordings; sensor for anything but thigh and shank.
     remove_heading_misalignment : bool
         Whether the constant angle about the vertical between an anatomical reference frame
         (markers) and the calibrated sensor frame is removed, estimated over the whole trial
@@ -188,7 +187,7 @@ def _available_mode(trial: Trial, segment: str) -> Mode:
     if kind_of(segment) not in MOVEMENT:
         return "sensor"
     if has_whole_leg(trial, segment):
-        return "leg"
+        return "knee"
     return "functional" if has_own_movement(trial, segment) else "walking"
 
 
