@@ -12,8 +12,6 @@ import os
 for _name in ("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE"):
     os.environ.pop(_name, None)
 
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -31,6 +29,7 @@ from experiments import speed_peers as peers
 from experiments import speed_solvers as solvers
 from experiments.command import command, environment, run_directory, seed_everything, write_json
 from experiments.speed_c import CompiledC
+from experiments.speed_first_use import first_use
 from narx.closed_loop import closed_loop
 from narx.coupled_loop import coupled_closed_loop
 from narx.least_squares.network import NetworkFit
@@ -42,23 +41,6 @@ from narx.structure import NarxStructure
 FloatArray = NDArray[np.float64]
 
 _STRUCTURE = NarxStructure()
-_FIRST_USE = """
-import time; start = time.perf_counter()
-import numpy as np, torch
-from narx.closed_loop import closed_loop
-from narx.multi_start import multi_start, network_curriculum, normal_starts
-from narx.structure import NarxStructure
-imported = time.perf_counter()
-structure = NarxStructure()
-v = torch.from_numpy(np.random.default_rng(0).standard_normal((200, 1)))
-target = 0.1 * v[:, 0]
-stages = network_curriculum(v, target, structure=structure, horizons=(1, None))
-starts = normal_starts(structure, 16, np.random.default_rng(0))
-best = multi_start(stages, starts, stages[-1].problem)
-closed_loop(torch.from_numpy(best.weights), v, structure=structure)
-closed_loop(torch.from_numpy(best.weights), v.expand(9, 200, 1), structure=structure)
-print(time.perf_counter() - imported)
-"""
 
 
 @dataclass(frozen=True)
@@ -317,27 +299,6 @@ def _paper(bench: _Bench) -> None:
     bench.time("coupled_75_minutes_4_imus.narx", work, slow=True)
 
 
-def _first_use() -> dict[str, float]:
-    """Compile in a fresh cache, then start again from it."""
-    result = {}
-    with tempfile.TemporaryDirectory() as cache:
-        for name in ("first_use_s", "later_use_s"):
-            run = subprocess.run(
-                [sys.executable, "-c", _FIRST_USE],
-                env=os.environ | {"NUMBA_CACHE_DIR": cache},
-                check=True,
-                capture_output=True,
-                text=True,
-            )
-            result[name] = float(run.stdout)
-    times = []
-    for _ in range(3):
-        start = time.perf_counter()
-        subprocess.run([sys.executable, "-c", "import narx"], check=True)
-        times.append(time.perf_counter() - start)
-    return result | {"import_narx_s": float(np.median(times))}
-
-
 def _ratios(bench: _Bench) -> dict[str, float | None]:
     own = "closed_loop_jacobian.narx"
     n = f"rollout_{bench.cfg.n_channels}"
@@ -390,7 +351,7 @@ def _speed(cfg: DictConfig) -> None:
     report["difference_to_exact_tanh"] = errors
     report["multi_start_spread"] = spread
     if cfg.first_use:
-        report["compilation"] = _first_use()
+        report["compilation"] = first_use()
     report["environment"] = environment(cfg.seed, {})
     write_json(report, run_directory() / "speed.json")
     print("\npeer / project (above 1: the project is faster)")

@@ -1,10 +1,12 @@
 """What a run took: time in each method, and memory."""
 
+import re
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 
 @dataclass
@@ -21,7 +23,9 @@ class Workload:
 
     methods_s: dict[str, float] = field(default_factory=dict)
     training_s: float = 0.0
-    _begun: float = field(default_factory=time.perf_counter)
+
+    def __post_init__(self) -> None:
+        self._begun = time.perf_counter()
 
     @contextmanager
     def of_method(self, name: str) -> Iterator[None]:
@@ -68,11 +72,14 @@ def peak_memory_mib() -> float | None:
     Returns
     -------
     float or None
-        Resident set in MiB; None on Windows.
+        Resident set in MiB; None where the system does not tell.
     """
+    status = Path("/proc/self/status")
+    if status.exists():  # getrusage would give the parent's, where that had more when it forked
+        found = re.search(r"VmHWM:\s*(\d+) kB", status.read_text())
+        return float(found[1]) / 2.0**10 if found else None
     if sys.platform == "win32":
         return None
     import resource
 
-    unit = 2.0**20 if sys.platform == "darwin" else 2.0**10
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2.0**20
