@@ -105,11 +105,13 @@ class OrientationMethod(ABC):
         MethodNotApplicableError
             If the recording lacks something that the method needs.
         """
-        there: NDArray[np.bool_] = np.asarray(np.isfinite(signals.axis_rates_rad_s).all(axis=1))
+        needed = [signals.axis_rates_rad_s]
         if self.needs_accelerometer:
-            there &= np.isfinite(signals.specific_force_m_s2).all(axis=1)
-        if there.all():
+            needed.append(signals.specific_force_m_s2)
+        # looking sample by sample takes as long as the simpler methods themselves
+        if all(np.isfinite(values).all() for values in needed):
             return self._estimate(signals)
+        there: NDArray[np.bool_] = np.asarray(np.isfinite(np.hstack(needed)).all(axis=1))
         angles = np.full((signals.n_samples, 3), np.nan)
         if there.any():
             angles[there] = self._estimate(signals.select(there))
