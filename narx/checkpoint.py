@@ -1,5 +1,6 @@
 """A trained network on disk: weights, how to run it, and where it comes from."""
 
+import io
 import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -95,8 +96,12 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
         "washout_s": checkpoint.washout_s,
         "history": checkpoint.history,
     }
+    # in memory first: torch names the inside of the file after the path, here a random one, and
+    # the same checkpoint is to be the same file
+    buffer = io.BytesIO()
+    torch.save(content, buffer)
     with atomic_path(path) as temporary:
-        torch.save(content, temporary)
+        temporary.write_bytes(buffer.getvalue())
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:

@@ -67,6 +67,12 @@ def test_saving_again_writes_the_same(checkpoint, path):
     assert first == second
 
 
+def test_the_same_checkpoint_is_the_same_file(checkpoint, path, tmp_path):
+    other = tmp_path / "of another name.pt"
+    checkpoints.save(checkpoint, other)
+    assert other.read_bytes() == path.read_bytes()
+
+
 def test_it_holds_plain_data_alone(path):
     content = torch.load(path, weights_only=True)
     assert set(content) == {
