@@ -151,10 +151,14 @@ def predict(
     )
     there: NDArray[np.bool_] = np.asarray(np.isfinite(recording.gyroscope_rad_s).all(axis=1))
     std = method.standard_deviation(signals)
+    if std is not None:
+        # a spline swings beyond a step, such as that at the end of the start-up
+        bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
+        std = np.clip(conversion.to_samples(std, there), *bounds)
     return Prediction(
         recording.time_s,
         conversion.to_samples(method.estimate(signals), there),
-        None if std is None else conversion.to_samples(std, there),
+        std,
         bias,
         (f"{rate_hz:g} Hz", bias_note, frame_note),
     )

@@ -197,6 +197,21 @@ def test_standard_deviation_comes_along(walk):
     assert predict(recording, NETWORK, frame="anatomical").std_rad is None
 
 
+def test_standard_deviation_stays_between_that_of_the_start_up_and_the_rest(walk):
+    """At another rate and off its clock it is interpolated across the step between the two."""
+    finished = checkpoint(5.0, std=(0.01, 0.02, np.nan))
+    method = replace(finished, start_std_rad=(0.03, 0.01, np.nan)).method()
+    recording = sensor_on(walk)
+    n = len(recording.time_s)
+    time_s = 0.0131 * np.arange(n) + 0.001 * np.sin(np.arange(n))
+    std = predict(replace(recording, time_s=time_s), method, frame="anatomical").std_rad
+    assert np.isnan(std[:, 2]).all()
+    assert set(np.round(std[[0, -1], 0], 12)) == {0.03, 0.01}
+    assert std[:, 0].min() == 0.01
+    assert std[:, 0].max() == 0.03
+    assert std[:, 1].max() == 0.02
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
