@@ -27,7 +27,7 @@ class NarxMethod(OrientationMethod):
     model : Narx
         Trained network.
     start_up : StartUp
-        How the first seconds of movement find the posture; ``duration_s=0`` starts from zero.
+        How the first half minute finds the posture; ``duration_s=0`` starts from zero.
     axis_scaling : {"training", "own"}
         How axes are normalised on which the network was not trained, which Tham et al. leave
         open: with the scale of training, or each with its own gyroscope's amplitude (root mean

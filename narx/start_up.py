@@ -4,7 +4,7 @@ A gyroscope does not know where zero is, and a network that leaks towards zero f
 angle of a walk (a knee is bent by some 20 degrees on average). What is known at the start decides:
 
 - The start pose is known (standing in the calibration posture). The rates are integrated, which
-  for some seconds drifts little; the mean angle of the last strides becomes the posture. From
+  for a dozen seconds drifts little; the mean angle of the last strides becomes the posture. From
   then on the network works on the deviation from it.
 - The start pose is unknown. The integral leaks towards zero, strongly at first and less and less
   (the gain of a growing memory), and the posture is zero.
@@ -53,8 +53,8 @@ class StartUp:
         See `settling_gain`, s.
     """
 
-    duration_s: float = 8.0
-    averaging_s: float = 5.0
+    duration_s: float = 12.0
+    averaging_s: float = 8.0
     leak_rad_s: float = 0.1
     settling_gain: float = 2.0
     settling_s: float = 0.5
