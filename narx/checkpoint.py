@@ -1,6 +1,7 @@
 """A trained network on disk: weights, how to run it, and where it comes from."""
 
 import io
+import math
 import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -131,7 +132,8 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
             model.weights.copy_(content["weights"])
         checkpoint = Checkpoint(
             model,
-            StartUp(**content["start_up"]),
+            # a file from before there was a choice averaged at the end
+            StartUp(**{"averaging_begin_s": math.inf} | content["start_up"]),
             content["axis_scaling"],
             content["error_std_rad"],
             # a file from before there were these runs as it did

@@ -4,7 +4,7 @@ A gyroscope does not know where zero is, and a network that leaks towards zero f
 angle of a walk (a knee is bent by some 20 degrees on average). What is known at the start decides:
 
 - The start pose is known (standing in the calibration posture). The rates are integrated, which
-  for a dozen seconds drifts little; the mean angle of the last strides becomes the posture. From
+  for a dozen seconds drifts little; the mean angle of early strides becomes the posture. From
   then on the network works on the deviation from it.
 - The start pose is unknown. The integral leaks towards zero, strongly at first and less and less
   (the gain of a growing memory), and the posture is zero.
@@ -43,8 +43,11 @@ class StartUp:
     duration_s : float
         Movement before the network takes over, s; 0 starts the network at once from zero.
     averaging_s : float
-        Its last part, over which the posture is averaged with a Hann window, so that no part
-        of a stride counts more than another, s.
+        Its part over which the posture is averaged with a Hann window, so that no part of a
+        stride counts more than another, s.
+    averaging_begin_s : float
+        Movement before that part, s; less where it would not end before the start-up does. Early,
+        because what is left of the bias is integrated; not the first steps, which are no steady walk.
     leak_rad_s : float
         Leak of an unknown start, rad/s.
     settling_gain : float
@@ -54,10 +57,16 @@ class StartUp:
     """
 
     duration_s: float = 12.0
-    averaging_s: float = 8.0
+    averaging_s: float = 6.0
+    averaging_begin_s: float = 2.0
     leak_rad_s: float = 0.1
     settling_gain: float = 2.0
     settling_s: float = 0.5
+
+    @property
+    def averaged_from_s(self) -> float:
+        """Movement before the posture is averaged, s."""
+        return min(self.averaging_begin_s, self.duration_s - self.averaging_s)
 
     def begin(self, initial_angles_rad: FloatArray | None) -> FloatArray:
         """State before the first sample.
@@ -125,6 +134,7 @@ class StartUp:
             rates,
             interval_s,
             self.duration_s,
+            self.averaged_from_s,
             self.averaging_s,
             self.leak_rad_s,
             self.settling_gain,
@@ -163,7 +173,17 @@ class StartUp:
 
 @numba.njit(cache=True, nogil=True)
 def _run(  # type: ignore[no-untyped-def]
-    rates, interval, duration, averaging, leak, gain, settling, coupled, state, angles
+    rates,
+    interval,
+    duration,
+    averaged_from,
+    averaging,
+    leak,
+    gain,
+    settling,
+    coupled,
+    state,
+    angles,
 ):
     known = state[13] > 0.0
     rate, tilt = np.empty(3), np.empty(3)
@@ -193,7 +213,7 @@ def _run(  # type: ignore[no-untyped-def]
         if not known:
             damping += interval * (leak + gain / (state[10] + settling))
         weight = 0.0
-        into = state[11] - (duration - averaging)
+        into = state[11] - averaged_from
         if 0.0 < into < averaging:
             weight = np.sin(np.pi * into / averaging) ** 2
         for axis in range(3):

@@ -89,7 +89,7 @@ def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
         "leak_rad_s": start_up.leak_rad_s,
         "settling_gain": start_up.settling_gain,
         "settling_s": start_up.settling_s,
-        "duration_s": start_up.duration_s,
+        "averaged_from_s": start_up.averaged_from_s,
         "averaging_s": start_up.averaging_s,
         "movement_time_constant_s": MOVEMENT_TIME_CONSTANT_S,
         "movement_square": MOVEMENT_RAD_S**2,

@@ -68,6 +68,7 @@ class ExportedNarx(nn.Module):
     settling_gain: Tensor
     settling_s: Tensor
     duration_s: Tensor
+    averaged_from_s: Tensor
     averaging_s: Tensor
     movement_time_constant_s: Tensor
     movement_square: Tensor
@@ -93,6 +94,7 @@ class ExportedNarx(nn.Module):
             ("settling_gain", start_up.settling_gain),
             ("settling_s", start_up.settling_s),
             ("duration_s", start_up.duration_s),
+            ("averaged_from_s", start_up.averaged_from_s),
             ("averaging_s", start_up.averaging_s),
             ("movement_time_constant_s", MOVEMENT_TIME_CONSTANT_S),
             ("movement_square", MOVEMENT_RAD_S**2),
@@ -199,7 +201,7 @@ class ExportedNarx(nn.Module):
         leak = self.leak_rad_s + self.settling_gain / (time + self.settling_s)
         damping = 1.0 + (1.0 - known) * self.interval_s * leak
         angles = (latest + 0.5 * self.interval_s * (rates + latest_rates)) / damping
-        into = moving - (self.duration_s - self.averaging_s)
+        into = moving - self.averaged_from_s
         averaged = (into > 0.0) & (into < self.averaging_s)
         hann = torch.sin(self.pi * into / self.averaging_s) ** 2
         weight = torch.where(averaged, hann, torch.zeros_like(hann))

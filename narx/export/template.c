@@ -8,7 +8,7 @@
 #define LEAK_RAD_S ${leak_rad_s}
 #define SETTLING_GAIN ${settling_gain}
 #define SETTLING_S ${settling_s}
-#define DURATION_S ${duration_s} /* in movement */
+#define AVERAGED_FROM_S ${averaged_from_s} /* of which the posture is the mean */
 #define AVERAGING_S ${averaging_s}
 #define MOVEMENT_TIME_CONSTANT_S ${movement_time_constant_s}
 #define MOVEMENT_SQUARE ${movement_square}
@@ -79,7 +79,7 @@ static narx_real movement(narx_state *state, const narx_real axis_rates[3])
     if (state->mean_square > MOVEMENT_SQUARE)
         state->moving_left--;
     into = (narx_real)(NARX_MOVING_SAMPLES - state->moving_left) * INTERVAL_S;
-    into -= DURATION_S - AVERAGING_S;
+    into -= AVERAGED_FROM_S;
     if (into <= 0 || into >= AVERAGING_S)
         return 0;
     half = sin${f}(PI * into / AVERAGING_S);

@@ -83,9 +83,11 @@ def test_it_holds_plain_data_alone(path):
 
 def test_a_file_from_before_a_choice_runs_without_it(checkpoint, path):
     content = torch.load(path, weights_only=True)
-    del content["washout_s"], content["start_std_rad"]
+    del content["washout_s"], content["start_std_rad"], content["start_up"]["averaging_begin_s"]
     torch.save(content, path)
     again = checkpoints.load(path)
+    # the posture was averaged over the last part of the start-up
+    assert again.start_up.averaged_from_s == pytest.approx(1.5 - 0.7)
     assert again.washout_s is None
     assert again.start_std_rad is None
     assert again.error_std_rad == checkpoint.error_std_rad

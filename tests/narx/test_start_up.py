@@ -60,6 +60,21 @@ def test_posture_is_the_mean_angle_and_nothing_jumps():
     )
 
 
+@pytest.mark.parametrize(("begin_s", "middle_s"), [(2.0, 5.0), (0.0, 3.0), (np.inf, 9.0)])
+def test_posture_is_the_mean_of_its_part(begin_s, middle_s):
+    """A bias makes the angle rise evenly, so the mean tells the time at which it was taken."""
+    bias = 0.01
+    time = np.arange(round(15.0 * RATE_HZ)) / RATE_HZ
+    rates = np.column_stack([np.full_like(time, bias), 3.0 * np.cos(6.0 * time), 0.0 * time])
+    start_up = StartUp(averaging_begin_s=begin_s)
+    assert (start_up.duration_s, start_up.averaging_s) == (12.0, 6.0)
+    state = start_up.begin(np.zeros(3))
+    n = len(start_up.run(rates, 1 / RATE_HZ, state, coupled=False))
+    stood_s = n / RATE_HZ - start_up.duration_s
+    posture, *_ = start_up.hand_over(state, 1 / RATE_HZ)
+    assert posture[0] == pytest.approx(bias * (stood_s + middle_s), rel=2e-3)
+
+
 def test_somebody_who_stands_is_waited_for():
     _, rates = motion(20.0, np.random.default_rng(1))
     sway = 0.02 * np.random.default_rng(3).normal(size=(round(15 * RATE_HZ), 3))
