@@ -47,7 +47,7 @@ class StartUp:
         stride counts more than another, s.
     averaging_begin_s : float
         Movement before that part, s; less where it would not end before the start-up does. Early,
-        because what is left of the bias is integrated; not the first steps, which are no steady walk.
+        because what is left of the bias is integrated; not the first steps, which are not steady.
     leak_rad_s : float
         Leak of an unknown start, rad/s.
     settling_gain : float
