@@ -17,19 +17,16 @@ from tqdm import tqdm
 
 from experiments.command import command, environment, run_directory, seed_everything, write_json
 from experiments.tables.table import Table, as_markdown
-from narx.calibration import CalibratedSegment, calibrate
+from narx.calibration import calibrate, signals_in_frame
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.files import atomic_path
 from narx.joint_angles import grood_suntay
-from narx.method import OrientationMethod, SegmentSignals
-from narx.recording import Trial, side_of
+from narx.method import OrientationMethod
+from narx.recording import side_of
 from narx.rotations import compose
 from narx.segment_angles import (
     AXES,
-    axis_rates,
-    mirror_angular_rate,
     mirror_quaternion,
-    mirror_vector,
     orientation_from_angles,
 )
 from narx.shipped import checkpoint_or_shipped
@@ -85,42 +82,6 @@ def exactly_tracked(sensor_wxyz: FloatArray, frame: Rotation, segment: str) -> F
     return mirror_quaternion(wxyz) if side_of(segment) == "left" else np.asarray(wxyz)
 
 
-def network_says(
-    trial: Trial,
-    segment: str,
-    calibrated: CalibratedSegment,
-    frame: Rotation,
-    method: OrientationMethod,
-) -> FloatArray:
-    """Run a method on a segment in a frame of our choice.
-
-    Parameters
-    ----------
-    trial : Trial
-        The trial.
-    segment : str
-        Which sensor.
-    calibrated : CalibratedSegment
-        Has the gyroscope's bias.
-    frame : Rotation
-        Sensor to anatomical frame.
-    method : OrientationMethod
-        Method.
-
-    Returns
-    -------
-    ndarray, shape (N, 4)
-        Quaternions w, x, y, z of the (mirrored) anatomical frame.
-    """
-    imu = trial.imus[segment]
-    rate = frame.apply(imu.gyroscope_rad_s - calibrated.static_bias_rad_s)
-    force = frame.apply(imu.accelerometer_m_s2)
-    if side_of(segment) == "left":
-        rate, force = mirror_angular_rate(rate), mirror_vector(force)
-    signals = SegmentSignals(segment, trial.sampling_rate_hz, axis_rates(rate), force, np.zeros(3))
-    return orientation_from_angles(method.estimate(signals))
-
-
 def knee_errors(
     source: SimulatedGait, calibration: str, method: OrientationMethod, skip_s: float
 ) -> Iterator[dict[str, object]]:
@@ -157,7 +118,14 @@ def knee_errors(
             }
             said = {
                 "floor": [exactly_tracked(truth.sensor_wxyz[n], frames[n], n) for n in names],
-                "narx": [network_says(trial, n, calibrated[n], frames[n], method) for n in names],
+                "narx": [
+                    orientation_from_angles(
+                        method.estimate(
+                            signals_in_frame(trial, n, frames[n], calibrated[n].static_bias_rad_s)
+                        )
+                    )
+                    for n in names
+                ],
             }
             reference = grood_suntay(*(calibrated[n].reference_wxyz for n in names))  # type: ignore[arg-type]
             for estimate in _ESTIMATES:

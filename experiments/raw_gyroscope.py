@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from narx.calibration import CalibratedSegment
 from narx.recording import side_of
-from narx.segment_angles import axis_rates, mirror_angular_rate
+from narx.segment_angles import clinical_rates
 
 
 def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
@@ -21,9 +21,9 @@ def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
         The same frames and reference, with rates as the sensor gave them.
     """
     bias = segment.sensor_to_anatomical.apply(segment.static_bias_rad_s)
-    if side_of(segment.signals.segment) == "left":
-        bias = mirror_angular_rate(bias)
-    rates = segment.signals.axis_rates_rad_s + axis_rates(bias)
+    rates = segment.signals.axis_rates_rad_s + clinical_rates(
+        bias, side_of(segment.signals.segment)
+    )
     return replace(
         segment,
         signals=replace(segment.signals, axis_rates_rad_s=rates),

@@ -23,8 +23,7 @@ from narx.reference_frame import anatomical_reference, rest_heading_rad
 from narx.segment_angles import (
     TRANSVERSE,
     angles_from_orientation,
-    axis_rates,
-    mirror_angular_rate,
+    clinical_rates,
     mirror_vector,
 )
 from narx.static_bias import static_bias
@@ -132,7 +131,6 @@ def calibrate(
 def _calibrate_segment(
     trial: Trial, segment: str, mode: Mode, remove_heading_misalignment: bool
 ) -> CalibratedSegment:
-    imu = trial.imus[segment]
     still = static_bias(trial, segment)
     bias = np.zeros(3) if still is None else still.bias_rad_s
     notes = [
@@ -145,17 +143,7 @@ def _calibrate_segment(
     to_anatomical, how = _FIND[chosen](trial, segment, bias)
     notes.append(how)
 
-    rate = to_anatomical.apply(imu.gyroscope_rad_s - bias)
-    force = to_anatomical.apply(imu.accelerometer_m_s2)
-    if side_of(segment) == "left":
-        rate, force = mirror_angular_rate(rate), mirror_vector(force)
-    signals = SegmentSignals(
-        segment,
-        trial.sampling_rate_hz,
-        axis_rates(rate),
-        force,
-        np.zeros(3) if trial.starts_in_calibration_posture else None,
-    )
+    signals = signals_in_frame(trial, segment, to_anatomical, bias)
     orientation: FloatArray | None = None
     angles: FloatArray | None = None
     if segment in trial.reference:
@@ -171,6 +159,38 @@ def _calibrate_segment(
             angles[:, TRANSVERSE] = np.nan
         notes.extend(steps)
     return CalibratedSegment(signals, orientation, angles, to_anatomical, bias, tuple(notes))
+
+
+def signals_in_frame(
+    trial: Trial, segment: str, to_anatomical: Rotation, bias_rad_s: FloatArray
+) -> SegmentSignals:
+    """Turn a sensor's recording into what a method may look at.
+
+    Parameters
+    ----------
+    trial : Trial
+        The trial.
+    segment : str
+        Which sensor.
+    to_anatomical : Rotation
+        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+    bias_rad_s : ndarray, shape (3,)
+        Bias of the gyroscope in the sensor frame, rad/s.
+
+    Returns
+    -------
+    SegmentSignals
+        Without bias, a left leg mirrored.
+    """
+    imu, side = trial.imus[segment], side_of(segment)
+    force = to_anatomical.apply(imu.accelerometer_m_s2)
+    return SegmentSignals(
+        segment,
+        trial.sampling_rate_hz,
+        clinical_rates(to_anatomical.apply(imu.gyroscope_rad_s - bias_rad_s), side),
+        mirror_vector(force) if side == "left" else force,
+        np.zeros(3) if trial.starts_in_calibration_posture else None,
+    )
 
 
 def _leg(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:

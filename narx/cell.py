@@ -9,12 +9,11 @@ from typing import Final
 import torch
 from torch import Tensor, nn
 
-# below this the Euler kinematics is held back: a segment lying sideways has no flexion axis
-SMALLEST_COS_FRONTAL = 0.1
+from narx.kernels.euler import COS_FRONTAL_MIN
 
 
 def coupled_rates(
-    axis_rates: Tensor, angles: Tensor, smallest_cos_frontal: float = SMALLEST_COS_FRONTAL
+    axis_rates: Tensor, angles: Tensor, smallest_cos_frontal: float = COS_FRONTAL_MIN
 ) -> Tensor:
     """Turn gyroscope rates into the rates of change of the three angles.
 

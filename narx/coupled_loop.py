@@ -16,7 +16,7 @@ from torch import Tensor
 
 from narx._arrays import back, flat
 from narx._coupled_batch import CoupledBatch, Wanted, flat_sets
-from narx.kernels.euler import COS_FRONTAL_MIN
+from narx.cell import coupled_rates
 from narx.structure import NarxStructure, Tanh
 
 
@@ -129,17 +129,11 @@ def coupled_closed_loop_by_torch(
     w1 = weights[..., structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
     b1, w2, b2 = (weights[..., part] for part in (structure.b1, structure.w2, structure.b2))
     n_past, outputs = structure.n_input_state, []
-    for u_s, u_f, u_t in (sample.unbind(-1) for sample in rates.unbind(-2)):
+    for sample in rates.unbind(-2):
         ahead = state[..., n_past]
         if structure.output_lags > 1:
             ahead = 2.0 * ahead - state[..., n_past + 1]
-        s, f, _ = (angle_scale * ahead + posture).unbind(-1)
-        cos_f = f.cos()
-        limit = torch.where(cos_f < 0, -COS_FRONTAL_MIN, COS_FRONTAL_MIN).to(f.dtype)
-        cos_f = torch.where(cos_f.abs() < COS_FRONTAL_MIN, limit, cos_f)
-        heading = (u_t * s.cos() - u_f * s.sin()) / cos_f
-        frontal = u_f * s.cos() + u_t * s.sin()
-        v = torch.stack([u_s - f.sin() * heading, frontal, heading], dim=-1) / rate_scale
+        v = coupled_rates(sample, angle_scale * ahead + posture) / rate_scale
         x = torch.cat([v.unsqueeze(-1), state], dim=-1)
         p = b2 + (w2 * torch.tanh((w1 * x.unsqueeze(-2)).sum(-1) + b1)).sum(-1)
         outputs.append(angle_scale * p + posture)

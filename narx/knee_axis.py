@@ -20,7 +20,7 @@ from narx.functional_frame import leg_of
 from narx.joint_angles import grood_suntay
 from narx.recording import FloatArray, Trial, side_of
 from narx.rotations import compose
-from narx.segment_angles import axis_rates, mirror_angular_rate, orientation_from_angles
+from narx.segment_angles import clinical_rates, orientation_from_angles
 from narx.start_up import StartUp
 from narx.static_bias import static_bias
 
@@ -109,7 +109,7 @@ def _turn_rad(
             # a leg whose other sensor shows nothing is as good as one without it
             return None
         rate = frame.apply(trial.imus[name].gyroscope_rad_s - bias)
-        rates.append(axis_rates(mirror_angular_rate(rate) if side_of(name) == "left" else rate))
+        rates.append(clinical_rates(rate, side_of(name)))
     steps = _first_steps(trial, np.asarray(np.isfinite(np.hstack(rates)).all(axis=1)))
     if steps.size < _MIN_WALK_S * trial.sampling_rate_hz:
         return None

@@ -15,7 +15,7 @@ from narx.errors import RecordingError, UserError
 from narx.method import SegmentSignals
 from narx.network_method import NarxMethod
 from narx.recording import ImuRecording, Trial
-from narx.segment_angles import axis_rates, mirror_angular_rate
+from narx.segment_angles import clinical_rates
 from narx.shipped import checkpoint_or_shipped
 from narx.static_bias import first_rest_s, quietest_window
 
@@ -141,7 +141,7 @@ def predict(
             f"{where}: frame={frame} needs an accelerometer to tell what is up; expected its "
             "three columns, or frame=anatomical"
         )
-    rates = axis_rates(mirror_angular_rate(gyroscope) if side == "left" else gyroscope)
+    rates = clinical_rates(gyroscope, side)
     signals = SegmentSignals(
         f"leg_{side}",
         rate_hz,

@@ -21,6 +21,8 @@ Sagittal and frontal depend on the direction of gravity in the segment alone, so
 defined when the walker turns; transverse is the heading.
 """
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
@@ -100,6 +102,24 @@ def axis_rates(rate_xyz: ArrayLike) -> FloatArray:
     """
     rate = np.asarray(rate_xyz, dtype=float)
     return np.stack([-rate[..., 1], -rate[..., 0], rate[..., 2]], axis=-1)
+
+
+def clinical_rates(rate_xyz: ArrayLike, side: Literal["left", "right"] | None) -> FloatArray:
+    """Turn a segment's anatomical x, y, z rates into rates about the clinical axes of its leg.
+
+    Parameters
+    ----------
+    rate_xyz : array_like, shape (..., 3)
+        Angular rate in the (not mirrored) anatomical frame, rad/s.
+    side : {"left", "right"}, optional
+        Leg; a left one is mirrored.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        As `axis_rates`.
+    """
+    return axis_rates(mirror_angular_rate(rate_xyz) if side == "left" else rate_xyz)
 
 
 def angles_from_orientation(quaternion_wxyz: ArrayLike) -> FloatArray:

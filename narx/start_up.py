@@ -19,7 +19,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from narx.cell import SMALLEST_COS_FRONTAL
+from narx.kernels.euler import COS_FRONTAL_MIN
 
 FloatArray = NDArray[np.float64]
 
@@ -197,8 +197,8 @@ def _run(  # type: ignore[no-untyped-def]
                 tilt[axis] = state[axis] + interval * state[3 + axis]
             sin_s, cos_s = np.sin(tilt[0]), np.cos(tilt[0])
             sin_f, cos_f = np.sin(tilt[1]), np.cos(tilt[1])
-            if abs(cos_f) < SMALLEST_COS_FRONTAL:
-                cos_f = -SMALLEST_COS_FRONTAL if cos_f < 0 else SMALLEST_COS_FRONTAL
+            if abs(cos_f) < COS_FRONTAL_MIN:
+                cos_f = -COS_FRONTAL_MIN if cos_f < 0 else COS_FRONTAL_MIN
             rate[2] = (rates[k, 2] * cos_s - rates[k, 1] * sin_s) / cos_f
             rate[1] = rates[k, 1] * cos_s + rates[k, 2] * sin_s
             rate[0] = rates[k, 0] - sin_f * rate[2]

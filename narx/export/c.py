@@ -10,11 +10,11 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from narx.cell import SMALLEST_COS_FRONTAL
 from narx.checkpoint import Checkpoint
 from narx.errors import UserError
 from narx.export.recurrence import ExportedNarx
 from narx.files import atomic_path
+from narx.kernels.euler import COS_FRONTAL_MIN
 from narx.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
 from narx.washout import washout_gain
 
@@ -95,7 +95,7 @@ def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
         "movement_square": MOVEMENT_RAD_S**2,
         "pi": math.pi,
         "washout_gain": washout_gain(checkpoint.washout_s, interval_s),
-        "smallest_cos_frontal": SMALLEST_COS_FRONTAL,
+        "smallest_cos_frontal": COS_FRONTAL_MIN,
         "rate_offset": scaled.rate_offset_rad_s,
         "rate_scale": scaled.rate_scale_rad_s,
         "angle_offset": scaled.angle_offset_rad,

@@ -12,7 +12,8 @@ from narx.kernels.lanes import (
     where_less,
 )
 
-COS_FRONTAL_MIN = 0.1  # the angles are singular at a frontal angle of 90 degrees
+# below this the kinematics is held back: a segment lying sideways has no flexion axis
+COS_FRONTAL_MIN = 0.1
 
 PI_HIGH, PI_LOW = 3.141592651605606, 1.984187159361081e-09  # few enough bits: k PI_HIGH is exact
 
