@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 METHODS: Mapping[str, str] = MappingProxyType(
     {
-        "gyro_integration": "baselines.gyro_integration.GyroIntegration",
-        "pseudo_integrator": "baselines.pseudo_integrator.PseudoIntegrator",
-        "complementary_filter": "baselines.complementary_filter.ComplementaryFilter",
-        "giof": "baselines.giof.Giof",
-        "two_point": "baselines.two_point.TwoPoint",
-        "vqf": "baselines.vqf.Vqf",
-        "madgwick": "baselines.madgwick.Madgwick",
-        "mahony": "baselines.mahony.Mahony",
+        "gyro_integration": "narx.baselines.gyro_integration.GyroIntegration",
+        "pseudo_integrator": "narx.baselines.pseudo_integrator.PseudoIntegrator",
+        "complementary_filter": "narx.baselines.complementary_filter.ComplementaryFilter",
+        "giof": "narx.baselines.giof.Giof",
+        "two_point": "narx.baselines.two_point.TwoPoint",
+        "vqf": "narx.baselines.vqf.Vqf",
+        "madgwick": "narx.baselines.madgwick.Madgwick",
+        "mahony": "narx.baselines.mahony.Mahony",
     }
 )
 

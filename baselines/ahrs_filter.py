@@ -4,10 +4,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
-from baselines.parameters import optional_library
-from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
-from narx.segment_angles import orientation_from_angles
+from narx.baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
+from narx.baselines.parameters import optional_library
+from narx.kinematics.segment_angles import orientation_from_angles
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.types import FloatArray
 
 
 class AhrsFilter(OrientationMethod):

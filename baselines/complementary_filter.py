@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from baselines.parameters import one_of, positive, tilt_axes
-from baselines.tilt import tilt
+from narx.baselines.parameters import one_of, positive, tilt_axes
+from narx.baselines.tilt import tilt
 from narx.errors import UserError
-from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
-from narx.segment_angles import tilt_from_specific_force
+from narx.kinematics.segment_angles import tilt_from_specific_force
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.types import FloatArray
 
 
 class ComplementaryFilter(OrientationMethod):

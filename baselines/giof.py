@@ -7,14 +7,15 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import signal
 
-from baselines.moving_average import centred_moving_average
-from baselines.parameters import one_of, positive, tilt_axes
-from baselines.tilt import tilt
+from narx.baselines.moving_average import centred_moving_average
+from narx.baselines.parameters import one_of, positive, tilt_axes
+from narx.baselines.tilt import tilt
 from narx.errors import MethodNotApplicableError, UserError
-from narx.gait import stride_frequency_hz
-from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
-from narx.recording import GRAVITY_M_S2
-from narx.segment_angles import SAGITTAL
+from narx.gait.stride_frequency import stride_frequency_hz
+from narx.kinematics.segment_angles import SAGITTAL
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.recordings.trial import GRAVITY_M_S2
+from narx.types import FloatArray
 
 _PAPERS_OFFSET_WINDOW_S = 1.5  # 150 samples at 100 Hz
 

@@ -4,14 +4,15 @@ import numpy as np
 from numba import njit
 from scipy.integrate import cumulative_trapezoid
 
-from baselines.orientation_filter import gyroscope_xyz
-from baselines.parameters import one_of
-from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
-from narx.segment_angles import (
+from narx.baselines.orientation_filter import gyroscope_xyz
+from narx.baselines.parameters import one_of
+from narx.kinematics.segment_angles import (
     TRANSVERSE,
     angles_from_orientation,
     orientation_from_angles,
 )
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.types import FloatArray
 
 
 class GyroIntegration(OrientationMethod):

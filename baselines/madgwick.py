@@ -1,7 +1,7 @@
 """Adapter to Madgwick's gradient-descent filter (library `ahrs`), without magnetometer."""
 
-from baselines.ahrs_filter import AhrsFilter
-from baselines.parameters import positive
+from narx.baselines.ahrs_filter import AhrsFilter
+from narx.baselines.parameters import positive
 
 
 class Madgwick(AhrsFilter):

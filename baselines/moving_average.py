@@ -1,9 +1,9 @@
 """A centred moving average whose window is a time, not a number of samples."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 
 def centred_moving_average(

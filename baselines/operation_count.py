@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from baselines import two_point
-from baselines.tilt import tilt
+from narx.baselines import two_point
+from narx.baselines.tilt import tilt
 from narx.errors import MethodNotApplicableError
-from narx.method import FloatArray, OrientationMethod, SegmentSignals
-from narx.segment_angles import FRONTAL, SAGITTAL
+from narx.kinematics.segment_angles import FRONTAL, SAGITTAL
+from narx.method import OrientationMethod, SegmentSignals
+from narx.types import FloatArray
 
 OPERATIONS = ("additions", "multiplications", "divisions", "comparisons", "roots", "arctangents")
 

@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from narx.method import FloatArray, SegmentSignals
-from narx.segment_angles import FRONTAL, SAGITTAL, TRANSVERSE, angles_from_orientation
+from narx.kinematics.segment_angles import FRONTAL, SAGITTAL, TRANSVERSE, angles_from_orientation
+from narx.method import SegmentSignals
+from narx.types import FloatArray
 
 
 def gyroscope_xyz(axis_rates_rad_s: ArrayLike) -> FloatArray:
-    """Undo `narx.segment_angles.axis_rates`.
+    """Undo `narx.kinematics.segment_angles.axis_rates`.
 
     Parameters
     ----------

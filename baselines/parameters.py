@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 
 from narx.errors import MethodNotApplicableError, UserError
-from narx.segment_angles import AXES
+from narx.kinematics.segment_angles import AXES
 
 
 def positive(method: str, name: str, value: float) -> float:
@@ -77,7 +77,7 @@ def tilt_axes(method: str, axes: Sequence[str]) -> list[int]:
     Returns
     -------
     list of int
-        Columns in the order of `narx.segment_angles.AXES`.
+        Columns in the order of `narx.kinematics.segment_angles.AXES`.
 
     Raises
     ------

@@ -3,11 +3,12 @@
 import numpy as np
 from numba import njit
 
-from baselines.parameters import one_of, positive
+from narx.baselines.parameters import one_of, positive
 from narx.errors import MethodNotApplicableError
-from narx.gait import StrideFrequencyTracker, stride_frequency_hz
-from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
-from narx.segment_angles import SAGITTAL
+from narx.gait.stride_frequency import StrideFrequencyTracker, stride_frequency_hz
+from narx.kinematics.segment_angles import SAGITTAL
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.types import FloatArray
 
 
 class PseudoIntegrator(OrientationMethod):

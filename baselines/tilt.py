@@ -1,14 +1,14 @@
 """Tilt of one axis from one accelerometer sample, in plain arithmetic.
 
-The same as `narx.segment_angles.tilt_from_specific_force`, in a form that can be compiled by
-numba and run on numbers that count their operations.
+The same as `narx.kinematics.segment_angles.tilt_from_specific_force`, in a form that can be
+compiled by numba and run on numbers that count their operations.
 """
 
 from typing import Any
 
 import numpy as np
 
-from narx.segment_angles import FRONTAL
+from narx.kinematics.segment_angles import FRONTAL
 
 
 def tilt(axis: int, x: Any, y: Any, z: Any) -> Any:
@@ -17,7 +17,7 @@ def tilt(axis: int, x: Any, y: Any, z: Any) -> Any:
     Parameters
     ----------
     axis : int
-        `narx.segment_angles.SAGITTAL` or `FRONTAL`.
+        `narx.kinematics.segment_angles.SAGITTAL` or `FRONTAL`.
     x, y, z : float
         Specific force forward, left and up, in any unit.
 

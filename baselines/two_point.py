@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines.moving_average import centred_moving_average
-from baselines.parameters import one_of, positive
+from narx.baselines.moving_average import centred_moving_average
+from narx.baselines.parameters import one_of, positive
 from narx.errors import MethodNotApplicableError, UserError
-from narx.method import FloatArray, OrientationMethod, SegmentSignals
-from narx.segment_angles import TRANSVERSE, tilt_from_specific_force
-from narx.standing import StillThresholds, start_and_stop
+from narx.gait.standing import StillThresholds, start_and_stop
+from narx.kinematics.segment_angles import TRANSVERSE, tilt_from_specific_force
+from narx.method import OrientationMethod, SegmentSignals
+from narx.types import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,11 @@ class TwoPoint(OrientationMethod):
     Notes
     -----
     Han et al., eqs. (3) to (14), with three corrections. Eq. (3) has its absolute value in the
-    wrong place (see `narx.standing.StillThresholds`). Eq. (7) sums 2 K + 1 samples and divides by
-    2 K, which makes gravity 1.7 % too large; a true mean is taken. At A and B its window would
-    reach from standing into the walk, and a leg that begins to move tilts and accelerates at
-    once; so the errors, eqs. (10) and (11), are means of psi less tilt over the same length of
-    time before A and after B. Yaw is zero before A and after B: right for a straight walk only.
+    wrong place (see `narx.gait.standing.StillThresholds`). Eq. (7) sums 2 K + 1 samples and divides
+    by 2 K, which makes gravity 1.7 % too large; a true mean is taken. At A and B its window would
+    reach from standing into the walk, and a leg that begins to move tilts and accelerates at once;
+    so the errors, eqs. (10) and (11), are means of psi less tilt over the same length of time
+    before A and after B. Yaw is zero before A and after B: right for a straight walk only.
     """
 
     name = "two_point"
@@ -194,14 +195,14 @@ class TwoPoint(OrientationMethod):
                 "(start_s and stop_s may be given by hand)"
             ) from error
 
-    def _tilt(self, signals: SegmentSignals, there: NDArray[np.bool_]) -> FloatArray:
+    def _tilt(self, signals: SegmentSignals, there: BoolArray) -> FloatArray:
         """Accelerometer's tilt, eqs. (5) and (6), with a yaw of zero."""
         angles = np.full((signals.n_samples, 3), np.nan)
         angles[there, :TRANSVERSE] = tilt_from_specific_force(signals.specific_force_m_s2[there])
         angles[there, TRANSVERSE] = 0.0
         return angles
 
-    def _standing(self, signals: SegmentSignals, there: NDArray[np.bool_]) -> FloatArray:
+    def _standing(self, signals: SegmentSignals, there: BoolArray) -> FloatArray:
         """The same after eq. (7), a moving average of the accelerometer."""
         smooth = signals.specific_force_m_s2.copy()
         smooth[there] = centred_moving_average(

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
-from baselines.parameters import optional_library, positive
+from narx.baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
+from narx.baselines.parameters import optional_library, positive
 from narx.errors import MethodNotApplicableError
-from narx.method import FloatArray, OrientationMethod, SegmentSignals, Step
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.types import FloatArray
 
 
 class Vqf(OrientationMethod):

@@ -8,13 +8,19 @@ from hydra import compose
 from omegaconf import DictConfig
 from tqdm import tqdm
 
-from experiments import benchmark
-from experiments.command import command, environment, run_directory, seed_everything, write_json
-from experiments.results import write_results
-from experiments.tables.table import Table, as_markdown
 from narx.errors import UserError
+from narx.evaluation.results import write_results
+from narx.experiments import benchmark
+from narx.experiments.command import (
+    command,
+    environment,
+    run_directory,
+    seed_everything,
+    write_json,
+)
+from narx.experiments.tables.table import Table, as_markdown
 from narx.files import atomic_path
-from narx.recording import kind_of
+from narx.recordings.trial import kind_of
 
 
 def ablation_table(results: pd.DataFrame, quantity: str) -> Table:

@@ -12,24 +12,30 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
 
-from experiments.command import command, environment, run_directory, seed_everything, write_json
-from experiments.estimation import evaluate_trial
-from experiments.evaluated import rows
-from experiments.gathered import Gathered
-from experiments.networks import network_of
-from experiments.raw_gyroscope import with_static_bias
-from experiments.reports.report import Report
-from experiments.reports.summary import write_report
-from experiments.results import results_table, write_results
-from experiments.sources import combined_index, load, one_ahead, open_sources
-from experiments.splits import Fold, TrialPart
-from experiments.tensorboard_log import TensorBoardLog
-from narx import checkpoint as checkpoints
-from narx.calibration import CalibratedSegment, calibrate
+from narx.calibration.calibrate import CalibratedSegment, calibrate
 from narx.datasets.base import TrialSource
+from narx.datasets.splits import Fold, TrialPart
 from narx.errors import UserError
+from narx.evaluation.comparison import rows
+from narx.evaluation.results import results_table, write_results
+from narx.evaluation.trial import evaluate_trial
+from narx.experiments.command import (
+    command,
+    environment,
+    run_directory,
+    seed_everything,
+    write_json,
+)
+from narx.experiments.gathered import Gathered
+from narx.experiments.networks import network_of
+from narx.experiments.raw_gyroscope import with_static_bias
+from narx.experiments.reports.report import Report
+from narx.experiments.reports.summary import write_report
+from narx.experiments.sources import combined_index, load, one_ahead, open_sources
+from narx.experiments.tensorboard_log import TensorBoardLog
+from narx.inference import checkpoint as checkpoints
 from narx.method import OrientationMethod
-from narx.recording import Trial
+from narx.recordings.trial import Trial
 
 # one network, run forwards alone or backwards as well
 NETWORK_METHODS = frozenset({"narx", "narx_smoothed"})

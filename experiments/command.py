@@ -24,7 +24,7 @@ from omegaconf.errors import OmegaConfBaseException
 from narx.errors import UserError
 from narx.files import atomic_path
 
-CONFIG_PATH = "../configs"
+CONFIG_PATH = "pkg://narx.configs"
 USER_ERROR_STATUS = 2
 
 _PACKAGES = (

@@ -10,29 +10,33 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from omegaconf import DictConfig
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
-from experiments.command import command, environment, run_directory, seed_everything, write_json
-from experiments.tables.table import Table, as_markdown
-from narx.calibration import calibrate, signals_in_frame
+from narx.calibration.calibrate import calibrate, signals_in_frame
 from narx.datasets.simulated_gait import SimulatedGait
+from narx.experiments.command import (
+    command,
+    environment,
+    run_directory,
+    seed_everything,
+    write_json,
+)
+from narx.experiments.tables.table import Table, as_markdown
 from narx.files import atomic_path
-from narx.joint_angles import grood_suntay
-from narx.method import OrientationMethod
-from narx.recording import side_of
-from narx.rotations import compose
-from narx.segment_angles import (
+from narx.inference.pretrained import checkpoint_or_shipped
+from narx.kinematics.joint_angles import grood_suntay
+from narx.kinematics.rotations import compose
+from narx.kinematics.segment_angles import (
     AXES,
     mirror_quaternion,
     orientation_from_angles,
 )
-from narx.shipped import checkpoint_or_shipped
+from narx.method import OrientationMethod
+from narx.recordings.trial import side_of
 from narx.simulation.true_motion import TrueMotion
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 SIDES = ("right", "left")
 _ESTIMATES = ("floor", "narx")
@@ -92,7 +96,7 @@ def knee_errors(
     source : SimulatedGait
         Walks.
     calibration : str
-        Mode of `narx.calibration.calibrate`, or ``exact``.
+        Mode of `narx.calibration.calibrate.calibrate`, or ``exact``.
     method : OrientationMethod
         Method beside the floor.
     skip_s : float

@@ -5,10 +5,10 @@ python -m experiments.export checkpoint=PATH format=torchscript output=narx.pt
 
 from omegaconf import DictConfig
 
-from experiments.command import command
 from narx.errors import UserError
+from narx.experiments.command import command
 from narx.export import c, onnx, torch_export, torchscript
-from narx.shipped import checkpoint_or_shipped
+from narx.inference.pretrained import checkpoint_or_shipped
 
 _WRITERS = {
     "torchscript": torchscript.write,

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from experiments.evaluated import Evaluated
 from narx.errors import UserError
-from narx.gait_phases import gait_phases
+from narx.evaluation.comparison import Evaluated
+from narx.gait.phases import gait_phases
+from narx.kinematics.segment_angles import SAGITTAL
 from narx.method import SegmentSignals
-from narx.recording import Trial, side_of
-from narx.segment_angles import SAGITTAL
+from narx.recordings.trial import Trial, side_of
 
 
 @dataclass(frozen=True)

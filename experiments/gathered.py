@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 
 import pandas as pd
 
-from experiments.estimation import Refusal
-from experiments.evaluated import Evaluated
-from experiments.workload import Workload
-from narx.checkpoint import Checkpoint
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.trial import Refusal
+from narx.evaluation.workload import Workload
+from narx.inference.checkpoint import Checkpoint
 
 
 @dataclass

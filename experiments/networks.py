@@ -7,26 +7,25 @@ from typing import Any
 
 import numpy as np
 from hydra.utils import instantiate
-from numpy.typing import NDArray
 from omegaconf import DictConfig, OmegaConf
 
-from experiments.sources import load
-from experiments.splits import Fold, TrialPart
-from experiments.teachers import Teacher
-from narx import checkpoint as checkpoints
-from narx.calibration import calibrate
-from narx.checkpoint import Checkpoint
+from narx.calibration.calibrate import calibrate
 from narx.datasets.base import TrialSource
+from narx.datasets.splits import Fold, TrialPart
 from narx.errors import UserError
-from narx.objective import Log, Objective
-from narx.recording import Trial
-from narx.sequences import TrainingSequence, contiguous, hold_back
-from narx.shipped import shipped_checkpoint
-from narx.start_up import StartUp
-from narx.training import NetworkDesign, train_network
-from narx.washout import washout_gain
+from narx.experiments.sources import load
+from narx.inference import checkpoint as checkpoints
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.pretrained import shipped_checkpoint
+from narx.inference.start_up import StartUp
+from narx.inference.washout import washout_gain
+from narx.recordings.trial import Trial
+from narx.training.design import NetworkDesign, train_network
+from narx.training.objective import Log, Objective
+from narx.training.teachers import Teacher
+from narx.types import BoolArray, FloatArray
+from narx.windows.sequences import TrainingSequence, contiguous, hold_back
 
-FloatArray = NDArray[np.float64]
 _Std = tuple[float, float, float]
 
 
@@ -205,7 +204,7 @@ def _sequences(
             yield from contiguous(f"{trial.name}/{name}", segment.signals, target, keep, weight)
 
 
-def _inside(trial: Trial, part: TrialPart, skip_s: float) -> NDArray[np.bool_]:
+def _inside(trial: Trial, part: TrialPart, skip_s: float) -> BoolArray:
     since_start_s = trial.time_s - trial.time_s[0]
     inside = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)
     return np.asarray(inside)

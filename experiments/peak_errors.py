@@ -15,12 +15,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import signal
 
-from experiments.evaluated import Evaluated
-from narx.agreement import agreement
 from narx.errors import MethodNotApplicableError
-from narx.segment_angles import SAGITTAL
-
-FloatArray = NDArray[np.float64]
+from narx.evaluation.agreement import agreement
+from narx.evaluation.comparison import Evaluated
+from narx.kinematics.segment_angles import SAGITTAL
+from narx.types import BoolArray, FloatArray
 
 RATE_HZ = 1000.0
 # a stride of running still takes this long
@@ -50,7 +49,7 @@ class Swing:
     estimate_deg: FloatArray
 
 
-def _longest_run(there: NDArray[np.bool_]) -> slice:
+def _longest_run(there: BoolArray) -> slice:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(int)))
     starts, stops = edges[::2], edges[1::2]
     if not len(starts):
@@ -80,7 +79,7 @@ def swing(evaluated: Evaluated, method: str, axis: int = SAGITTAL) -> Swing:
     method : str
         Whose estimate.
     axis : int
-        Index into `narx.segment_angles.AXES`.
+        Index into `narx.kinematics.segment_angles.AXES`.
 
     Returns
     -------

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from narx.gait_phases import PHASES, GaitPhases
+from narx.gait.phases import PHASES, GaitPhases
 
 # a point further than this from every true event belongs to none
 LARGEST_ERROR_S = 0.3

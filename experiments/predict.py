@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 from omegaconf import DictConfig, ListConfig
 
-from experiments.command import command
-from narx.datasets.recording_file import read_recording
+from narx.datasets.csv_recording import read_recording
 from narx.errors import UserError
+from narx.experiments.command import command
 from narx.files import atomic_path
-from narx.predict import Prediction, predict
-from narx.segment_angles import AXES
-from narx.shipped import checkpoint_or_shipped
+from narx.inference.predict import Prediction, predict
+from narx.inference.pretrained import checkpoint_or_shipped
+from narx.kinematics.segment_angles import AXES
 
 
 def _still_s(value: object) -> tuple[float, float] | None:

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from narx.calibration import CalibratedSegment
-from narx.recording import side_of
-from narx.segment_angles import clinical_rates
+from narx.calibration.calibrate import CalibratedSegment
+from narx.kinematics.segment_angles import clinical_rates
+from narx.recordings.trial import side_of
 
 
 def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
@@ -13,7 +13,7 @@ def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
     Parameters
     ----------
     segment : CalibratedSegment
-        From `narx.calibration.calibrate`.
+        From `narx.calibration.calibrate.calibrate`.
 
     Returns
     -------

@@ -9,10 +9,10 @@ import pandas as pd
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from experiments.splits import TrialPart
 from narx.datasets.base import TrialSource
+from narx.datasets.splits import TrialPart
 from narx.errors import UserError
-from narx.recording import Trial
+from narx.recordings.trial import Trial
 
 T = TypeVar("T")
 

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from torch.utils.tensorboard import SummaryWriter
 
-from narx.objective import Log
+from narx.training.objective import Log
 
 
 class TensorBoardLog:

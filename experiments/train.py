@@ -8,14 +8,20 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
 
-from experiments.command import command, environment, run_directory, seed_everything, write_json
-from experiments.figures.canvas import save_figure
-from experiments.networks import choose, train
-from experiments.reports.networks import training_history_figure
-from experiments.sources import combined_index, open_sources
-from experiments.tensorboard_log import TensorBoardLog
-from narx import checkpoint as checkpoints
 from narx.errors import UserError
+from narx.experiments.command import (
+    command,
+    environment,
+    run_directory,
+    seed_everything,
+    write_json,
+)
+from narx.experiments.figures.canvas import save_figure
+from narx.experiments.networks import choose, train
+from narx.experiments.reports.networks import training_history_figure
+from narx.experiments.sources import combined_index, open_sources
+from narx.experiments.tensorboard_log import TensorBoardLog
+from narx.inference import checkpoint as checkpoints
 
 
 def _train(cfg: DictConfig) -> float:
@@ -28,7 +34,7 @@ def _train(cfg: DictConfig) -> float:
     if len(folds) != 1:
         raise UserError(
             f"split: training makes one network, this split has {len(folds)} folds; use "
-            "split=everything or split=one_window, or experiments.benchmark to test every fold"
+            "split=everything or split=one_window, or narx.experiments.benchmark to test every fold"
         )
     with (
         TensorBoardLog(directory / "tensorboard") as log,

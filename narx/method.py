@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from narx.errors import MethodNotApplicableError
-
-FloatArray = NDArray[np.float64]
+from narx.types import BoolArray, FloatArray
 
 # one sample in (axis rates (3,), specific force (3,)), three angles out
 Step = Callable[[FloatArray, FloatArray], FloatArray]
@@ -28,7 +26,7 @@ class SegmentSignals:
         Rate of the uniform clock.
     axis_rates_rad_s : ndarray, shape (N, 3)
         Angular rate about the sagittal, frontal and transverse axis of the segment, reported
-        signs (`narx.segment_angles.axis_rates`), static bias removed; NaN where missing.
+        signs (`narx.kinematics.segment_angles.axis_rates`), static bias removed; NaN where missing.
     specific_force_m_s2 : ndarray, shape (N, 3)
         Accelerometer x (forward), y (left), z (up) in the anatomical frame, left leg mirrored.
     initial_angles_rad : ndarray, shape (3,), optional
@@ -52,7 +50,7 @@ class SegmentSignals:
         """Sampling interval, s."""
         return 1.0 / self.sampling_rate_hz
 
-    def select(self, keep: NDArray[np.bool_] | slice) -> "SegmentSignals":
+    def select(self, keep: BoolArray | slice) -> "SegmentSignals":
         """Return the signals of some samples as if they followed one another.
 
         Parameters
@@ -111,7 +109,7 @@ class OrientationMethod(ABC):
         # looking sample by sample takes as long as the simpler methods themselves
         if all(np.isfinite(values).all() for values in needed):
             return self._estimate(signals)
-        there: NDArray[np.bool_] = np.asarray(np.isfinite(np.hstack(needed)).all(axis=1))
+        there: BoolArray = np.asarray(np.isfinite(np.hstack(needed)).all(axis=1))
         angles = np.full((signals.n_samples, 3), np.nan)
         if there.any():
             angles[there] = self._estimate(signals.select(there))

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from narx.kinematics.segment_angles import orientation_from_angles
 from narx.method import SegmentSignals
-from narx.recording import GRAVITY_M_S2
-from narx.segment_angles import orientation_from_angles
+from narx.recordings.trial import GRAVITY_M_S2
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.evaluated import Evaluated
-from experiments.figures.canvas import panels, styled
-from experiments.method_labels import method_label
-from experiments.tables.subjects import condition_order
-from experiments.tables.table import shown
-from narx.agreement import LimitsOfAgreement, limits_of_agreement, repeated_limits_of_agreement
-from narx.segment_angles import AXES
+from narx.evaluation.agreement import (
+    LimitsOfAgreement,
+    limits_of_agreement,
+    repeated_limits_of_agreement,
+)
+from narx.evaluation.comparison import Evaluated
+from narx.experiments.figures.canvas import panels, styled
+from narx.experiments.method_labels import method_label
+from narx.experiments.tables.subjects import condition_order
+from narx.experiments.tables.table import shown
+from narx.kinematics.segment_angles import AXES
 
 
 def _limits(errors: np.ndarray, subjects: np.ndarray) -> LimitsOfAgreement:
@@ -75,8 +79,8 @@ def bland_altman(
     -------
     matplotlib.figure.Figure
         Density of points on a logarithmic scale; bias dotted, limits of agreement dashed, both
-        of repeated measures (`narx.agreement.repeated_limits_of_agreement`) with their 95 %
-        intervals shaded where there are three subjects or more.
+        of repeated measures (`narx.evaluation.agreement.repeated_limits_of_agreement`) with their
+        95 % intervals shaded where there are three subjects or more.
     """
     pieces = [e.decimated(rate_hz) for e in evaluated if method in e.estimates_rad]
     conditions = condition_order(piece.condition for piece in pieces)

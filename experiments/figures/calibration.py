@@ -5,11 +5,11 @@ from collections.abc import Iterable
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.evaluated import Evaluated
-from experiments.figures.canvas import panels, styled
-from experiments.method_labels import method_colour, method_label, method_order
-from narx.segment_angles import AXES
-from narx.uncertainty import calibration, coverage_curve
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.uncertainty import calibration, coverage_curve
+from narx.experiments.figures.canvas import panels, styled
+from narx.experiments.method_labels import method_colour, method_label, method_order
+from narx.kinematics.segment_angles import AXES
 
 
 @styled

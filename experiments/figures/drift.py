@@ -5,11 +5,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.evaluated import Evaluated
-from experiments.figures.canvas import legend_below, logarithmic, panels, styled
-from experiments.method_labels import method_colour, method_label, method_order
-from narx.drift import block_errors
-from narx.segment_angles import AXES
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.drift import block_errors
+from narx.experiments.figures.canvas import legend_below, logarithmic, panels, styled
+from narx.experiments.method_labels import method_colour, method_label, method_order
+from narx.kinematics.segment_angles import AXES
 
 
 @styled

@@ -7,8 +7,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.figures.canvas import legend_below, panels, styled
-from experiments.method_labels import method_colour, method_label, method_order
+from narx.experiments.figures.canvas import legend_below, panels, styled
+from narx.experiments.method_labels import method_colour, method_label, method_order
 
 
 def _histogram(panel: Axes, table: pd.DataFrame, column: str, methods: Sequence[str]) -> None:
@@ -49,7 +49,7 @@ def peak_histograms(peaks: pd.DataFrame, methods: Sequence[str] | None = None) -
     Parameters
     ----------
     peaks : pandas.DataFrame
-        From `experiments.peak_errors.swing_results`.
+        From `narx.experiments.peak_errors.swing_results`.
     methods : sequence of str, optional
         Which; all by default.
 
@@ -76,7 +76,7 @@ def trial_histograms(trials: pd.DataFrame, methods: Sequence[str] | None = None)
     Parameters
     ----------
     trials : pandas.DataFrame
-        From `experiments.peak_errors.swing_results`.
+        From `narx.experiments.peak_errors.swing_results`.
     methods : sequence of str, optional
         Which; all by default.
 

@@ -3,12 +3,12 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from experiments.figures.canvas import logarithmic, panels, styled
-from experiments.method_labels import method_colour, method_label, method_order
-from experiments.tables.subjects import subject_means
-from narx.recording import kind_of
-from narx.segment_angles import AXES
-from narx.significance import bootstrap_mean
+from narx.evaluation.significance import bootstrap_mean
+from narx.experiments.figures.canvas import logarithmic, panels, styled
+from narx.experiments.method_labels import method_colour, method_label, method_order
+from narx.experiments.tables.subjects import subject_means
+from narx.kinematics.segment_angles import AXES
+from narx.recordings.trial import kind_of
 
 
 @styled

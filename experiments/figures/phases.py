@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from experiments.figures.canvas import legend_below, panels, styled
+from narx.experiments.figures.canvas import legend_below, panels, styled
 
 
 @styled

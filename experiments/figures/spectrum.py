@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from experiments.figures.canvas import panels, styled
-from narx.spectrum import component_powers, single_sided_amplitude_spectrum
+from narx.experiments.figures.canvas import panels, styled
+from narx.gait.spectrum import component_powers, single_sided_amplitude_spectrum
 
 
 @styled
@@ -34,7 +34,7 @@ def spectrum(
     Returns
     -------
     matplotlib.figure.Figure
-        Amplitude in deg/s; marked components are those that `narx.spectrum.hidden_neurons`
+        Amplitude in deg/s; marked components are those that `narx.gait.spectrum.hidden_neurons`
         counts, numbered from the strongest, each with the power held so far.
 
     Raises

@@ -3,10 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.figures.canvas import REFERENCE_COLOUR, legend_below, panels, styled
-from experiments.method_labels import method_colour, method_label
-from experiments.peak_errors import Swing, peak_errors
-from narx.agreement import agreement
+from narx.evaluation.agreement import agreement
+from narx.experiments.figures.canvas import REFERENCE_COLOUR, legend_below, panels, styled
+from narx.experiments.method_labels import method_colour, method_label
+from narx.experiments.peak_errors import Swing, peak_errors
 
 
 @styled
@@ -16,7 +16,7 @@ def swing_figure(angles: Swing, method: str = "giof", longest_s: float = 15.0) -
     Parameters
     ----------
     angles : Swing
-        From `experiments.peak_errors.swing`.
+        From `narx.experiments.peak_errors.swing`.
     method : str
         Whose estimate it is.
     longest_s : float

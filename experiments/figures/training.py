@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.figures.canvas import panels, styled
+from narx.experiments.figures.canvas import panels, styled
 
 _COLOURS = ("#c8102e", "#0060b0", "#009e73", "#e69f00", "#7b3fa0")
 

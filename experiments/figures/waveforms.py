@@ -5,16 +5,16 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.evaluated import Evaluated
-from experiments.figures.canvas import (
+from narx.evaluation.comparison import Evaluated
+from narx.experiments.figures.canvas import (
     ANGLE_NAMES,
     REFERENCE_COLOUR,
     legend_below,
     panels,
     styled,
 )
-from experiments.method_labels import method_colour, method_label, method_order
-from narx.segment_angles import AXES
+from narx.experiments.method_labels import method_colour, method_label, method_order
+from narx.kinematics.segment_angles import AXES
 
 LINE_RATE_HZ = 100.0
 
@@ -67,7 +67,7 @@ def waveforms(
     methods : sequence of str, optional
         Which; all that the pieces have by default.
     axes : sequence of int
-        Rows, indices into `narx.segment_angles.AXES`.
+        Rows, indices into `narx.kinematics.segment_angles.AXES`.
     marks_s : sequence of float
         Times of vertical lines, such as start and stop of walking.
     title : str

@@ -6,35 +6,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from omegaconf import DictConfig
 
-from experiments.estimation import Refusal
-from experiments.evaluated import Evaluated
-from experiments.figures.histograms import peak_histograms, trial_histograms
-from experiments.figures.phases import phases as phases_figure
-from experiments.figures.swing import swing_figure
-from experiments.figures.waveforms import waveforms
-from experiments.gathered import Gathered
-from experiments.peak_errors import Swing, swing, swing_results
-from experiments.phase_timing import event_errors, phase_shares
-from experiments.reports import abhayasinghe_wording
-from experiments.reports.operations import operations_per_angle
-from experiments.reports.report import Report, Section
-from experiments.tables.abhayasinghe import (
+from narx.calibration.calibrate import CalibratedSegment
+from narx.errors import UserError
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.trial import Refusal
+from narx.experiments.figures.histograms import peak_histograms, trial_histograms
+from narx.experiments.figures.phases import phases as phases_figure
+from narx.experiments.figures.swing import swing_figure
+from narx.experiments.figures.waveforms import waveforms
+from narx.experiments.gathered import Gathered
+from narx.experiments.peak_errors import Swing, swing, swing_results
+from narx.experiments.phase_timing import event_errors, phase_shares
+from narx.experiments.reports import abhayasinghe_wording
+from narx.experiments.reports.operations import operations_per_angle
+from narx.experiments.reports.report import Report, Section
+from narx.experiments.tables.abhayasinghe import (
     correlation_table,
     method_table,
     operations_table,
     phase_tables,
 )
-from narx.calibration import CalibratedSegment
-from narx.errors import UserError
-from narx.gait_phases import GaitPhases, gait_phases, smooth_rate_and_derivative
+from narx.gait.phases import GaitPhases, gait_phases, smooth_rate_and_derivative
+from narx.kinematics.segment_angles import SAGITTAL
 from narx.method import OrientationMethod
-from narx.recording import Trial, kind_of, side_of
-from narx.segment_angles import SAGITTAL
-
-FloatArray = NDArray[np.float64]
+from narx.recordings.trial import Trial, kind_of, side_of
+from narx.types import BoolArray, FloatArray
 
 # of one walk, so that a stride fills the figure
 _STRIDES_SHOWN = 2.0
@@ -137,7 +135,7 @@ class AbhayasingheReport(Report):
                 refusals.append(Refusal(trial.name, one.segment, "gait phases", str(error)))
         return kept, refusals
 
-    def _walk(self, trial: Trial, one: Evaluated) -> NDArray[np.bool_]:
+    def _walk(self, trial: Trial, one: Evaluated) -> BoolArray:
         if trial.walking_s is None:
             settling_s = 0.0 if trial.starts_in_calibration_posture else self.settling_s
             return np.asarray(one.time_s >= settling_s)

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from experiments.method_labels import method_label, method_order
-from experiments.peak_errors import PEAKS
-from experiments.published import published
-from experiments.reports.report import Section
+from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.peak_errors import PEAKS
+from narx.experiments.published import published
+from narx.experiments.reports.report import Section
 
 _HEADING = "**Where and why these figures differ from print.** "
 _VARIANTS = {
@@ -42,7 +42,7 @@ def against_print(
     Parameters
     ----------
     trials, peaks : pandas.DataFrame
-        From `experiments.peak_errors.swing_results`.
+        From `narx.experiments.peak_errors.swing_results`.
     method : str
         Whose figures are set against print.
     mean_angle_deg : float

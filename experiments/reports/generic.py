@@ -4,31 +4,29 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from omegaconf import DictConfig
 
-from experiments.estimation import Refusal
-from experiments.evaluated import Evaluated
-from experiments.figures.bland_altman import bland_altman
-from experiments.figures.calibration import calibration_figure
-from experiments.figures.drift import error_over_time
-from experiments.figures.spectrum import spectrum
-from experiments.figures.waveforms import first_and_last_minute, waveforms
-from experiments.gathered import Gathered
-from experiments.reports.report import Report, Section
-from experiments.reports.tham_wording import against_print
-from experiments.tables.comparison import comparison_table
-from experiments.tables.drift import drift_table
-from experiments.tables.quality import coverage_table
-from experiments.tables.table import Table
-from experiments.tables.tham import comparison_with_print, interval_table, tham_tables
-from narx.calibration import CalibratedSegment
+from narx.calibration.calibrate import CalibratedSegment
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.trial import Refusal
+from narx.experiments.figures.bland_altman import bland_altman
+from narx.experiments.figures.calibration import calibration_figure
+from narx.experiments.figures.drift import error_over_time
+from narx.experiments.figures.spectrum import spectrum
+from narx.experiments.figures.waveforms import first_and_last_minute, waveforms
+from narx.experiments.gathered import Gathered
+from narx.experiments.reports.report import Report, Section
+from narx.experiments.reports.tham_wording import against_print
+from narx.experiments.tables.comparison import comparison_table
+from narx.experiments.tables.drift import drift_table
+from narx.experiments.tables.quality import coverage_table
+from narx.experiments.tables.table import Table
+from narx.experiments.tables.tham import comparison_with_print, interval_table, tham_tables
+from narx.kinematics.segment_angles import SAGITTAL
 from narx.method import OrientationMethod
-from narx.recording import Trial, kind_of
-from narx.segment_angles import SAGITTAL
-from narx.sequences import contiguous
-
-FloatArray = NDArray[np.float64]
+from narx.recordings.trial import Trial, kind_of
+from narx.types import FloatArray
+from narx.windows.sequences import contiguous
 
 
 def walking_gyroscope(

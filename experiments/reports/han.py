@@ -7,21 +7,21 @@ import numpy as np
 from matplotlib.figure import Figure
 from omegaconf import DictConfig
 
-from baselines.two_point import TwoPoint
-from experiments.estimation import Refusal
-from experiments.evaluated import Evaluated
-from experiments.figures.drift import linear_drift
-from experiments.figures.waveforms import waveforms
-from experiments.gathered import Gathered
-from experiments.method_labels import method_label
-from experiments.reports.operations import operations_per_angle
-from experiments.reports.report import Report, Section
-from experiments.tables.abhayasinghe import operations_table
-from experiments.tables.han import SEGMENTS, comparison_with_print, han_tables
-from narx.calibration import CalibratedSegment
+from narx.baselines.two_point import TwoPoint
+from narx.calibration.calibrate import CalibratedSegment
 from narx.errors import MethodNotApplicableError
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.trial import Refusal
+from narx.experiments.figures.drift import linear_drift
+from narx.experiments.figures.waveforms import waveforms
+from narx.experiments.gathered import Gathered
+from narx.experiments.method_labels import method_label
+from narx.experiments.reports.operations import operations_per_angle
+from narx.experiments.reports.report import Report, Section
+from narx.experiments.tables.abhayasinghe import operations_table
+from narx.experiments.tables.han import SEGMENTS, comparison_with_print, han_tables
 from narx.method import OrientationMethod
-from narx.recording import Trial, kind_of
+from narx.recordings.trial import Trial, kind_of
 
 # Fig. 6 and 8 show a normal walk, Fig. 7 an abnormal one
 _FIGURES = {"normal": "figure_6", "abnormal": "figure_7"}

@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from experiments.figures.training import training_figure
-from narx.checkpoint import Checkpoint
+from narx.experiments.figures.training import training_figure
+from narx.inference.checkpoint import Checkpoint
 
 
 def about_network(fold: str, network: Checkpoint) -> str:

@@ -4,15 +4,15 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from baselines.complementary_filter import ComplementaryFilter
-from baselines.giof import Giof
-from baselines.gyro_integration import GyroIntegration
-from baselines.operation_count import operation_table
-from baselines.pseudo_integrator import PseudoIntegrator
-from baselines.two_point import TwoPoint
+from narx.baselines.complementary_filter import ComplementaryFilter
+from narx.baselines.giof import Giof
+from narx.baselines.gyro_integration import GyroIntegration
+from narx.baselines.operation_count import operation_table
+from narx.baselines.pseudo_integrator import PseudoIntegrator
+from narx.baselines.two_point import TwoPoint
 from narx.method import OrientationMethod, SegmentSignals
+from narx.types import BoolArray
 
 # What print counts: the bare recursions, by the papers' rules and for one angle where they can
 # be run for one; the low-pass filter that GIOF's real-time form puts before it is a row of its own.
@@ -44,7 +44,7 @@ def operations_per_angle(signals: SegmentSignals) -> dict[str, dict[str, float]]
         By method and operation, mean per sample and angle.
     """
     six = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
-    there: NDArray[np.bool_] = np.asarray(np.isfinite(six).all(axis=1))
+    there: BoolArray = np.asarray(np.isfinite(six).all(axis=1))
     there[np.flatnonzero(there)[round(_LONGEST_S * signals.sampling_rate_hz) :]] = False
     walk = signals.select(there)
     counts: dict[str, dict[str, float]] = {}

@@ -7,13 +7,13 @@ from typing import ClassVar
 from matplotlib.figure import Figure
 from omegaconf import DictConfig
 
-from experiments.estimation import Refusal
-from experiments.evaluated import Evaluated
-from experiments.gathered import Gathered
-from experiments.tables.table import Table
-from narx.calibration import CalibratedSegment
+from narx.calibration.calibrate import CalibratedSegment
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.trial import Refusal
+from narx.experiments.gathered import Gathered
+from narx.experiments.tables.table import Table
 from narx.method import OrientationMethod
-from narx.recording import Trial
+from narx.recordings.trial import Trial
 
 # what a summary is made of: a paragraph or a table
 Section = str | Table

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from omegaconf import DictConfig
 
-from experiments.estimation import Refusal
-from experiments.figures.canvas import save_figure
-from experiments.gathered import Gathered
-from experiments.reports.networks import about_network, training_history_figure
-from experiments.reports.report import Report, Section
-from experiments.tensorboard_log import TensorBoardLog
+from narx.evaluation.trial import Refusal
+from narx.experiments.figures.canvas import save_figure
+from narx.experiments.gathered import Gathered
+from narx.experiments.reports.networks import about_network, training_history_figure
+from narx.experiments.reports.report import Report, Section
+from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.files import atomic_path
 
 # reasons differ in their numbers from trial to trial; a person reads the first few

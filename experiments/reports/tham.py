@@ -8,26 +8,26 @@ import pandas as pd
 from matplotlib.figure import Figure
 from omegaconf import DictConfig
 
-from experiments.estimation import Refusal
-from experiments.evaluated import Evaluated
-from experiments.figures.bland_altman import bland_altman
-from experiments.figures.drift import error_over_time
-from experiments.figures.spectrum import spectrum
-from experiments.figures.waveforms import first_and_last_minute, waveforms
-from experiments.gait_cycles import gait_cycles
-from experiments.gathered import Gathered
-from experiments.published import published
-from experiments.reports import tham_wording
-from experiments.reports.generic import comparison_sections, walking_gyroscope
-from experiments.reports.report import Report, Section
-from experiments.tables.subjects import condition_order
-from experiments.tables.table import Table
-from experiments.tables.tham import comparison_with_print, interval_table, tham_tables
-from narx.calibration import CalibratedSegment
+from narx.calibration.calibrate import CalibratedSegment
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.trial import Refusal
+from narx.experiments.figures.bland_altman import bland_altman
+from narx.experiments.figures.drift import error_over_time
+from narx.experiments.figures.spectrum import spectrum
+from narx.experiments.figures.waveforms import first_and_last_minute, waveforms
+from narx.experiments.gait_cycles import gait_cycles
+from narx.experiments.gathered import Gathered
+from narx.experiments.published import published
+from narx.experiments.reports import tham_wording
+from narx.experiments.reports.generic import comparison_sections, walking_gyroscope
+from narx.experiments.reports.report import Report, Section
+from narx.experiments.tables.subjects import condition_order
+from narx.experiments.tables.table import Table
+from narx.experiments.tables.tham import comparison_with_print, interval_table, tham_tables
+from narx.gait.spectrum import hidden_neurons
 from narx.method import OrientationMethod
-from narx.recording import Trial, side_of
+from narx.recordings.trial import Trial, side_of
 from narx.simulation.body import body_of
-from narx.spectrum import hidden_neurons
 
 
 class ThamReport(Report):

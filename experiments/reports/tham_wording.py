@@ -3,9 +3,9 @@
 import pandas as pd
 from omegaconf import DictConfig
 
-from experiments.method_labels import method_label
-from experiments.reports.report import Section
-from narx.segment_angles import AXES
+from narx.experiments.method_labels import method_label
+from narx.experiments.reports.report import Section
+from narx.kinematics.segment_angles import AXES
 
 # beyond this an error is a method that lost its way
 _RUNAWAY_DEG = 30.0
@@ -38,7 +38,7 @@ def against_print(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list
     Parameters
     ----------
     cells : pandas.DataFrame
-        From `experiments.tables.tham.comparison_with_print`.
+        From `narx.experiments.tables.tham.comparison_with_print`.
     cfg : omegaconf.DictConfig
         The benchmark's configuration.
     simulated : bool

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from experiments.method_labels import method_label, method_order
-from experiments.published import published
-from experiments.tables.subjects import over_subjects
-from experiments.tables.table import Table
+from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.published import published
+from narx.experiments.tables.subjects import over_subjects
+from narx.experiments.tables.table import Table
 
 # one person's trials are repeats of each other, so people are counted with their dataset
 _PERSON = ["dataset", "subject"]
@@ -21,7 +21,7 @@ def correlation_table(trials: pd.DataFrame, method: str = "giof") -> Table:
     Parameters
     ----------
     trials : pandas.DataFrame
-        From `experiments.peak_errors.swing_results`.
+        From `narx.experiments.peak_errors.swing_results`.
     method : str
         Whose correlation.
 
@@ -81,7 +81,7 @@ def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
     Parameters
     ----------
     trials, peaks : pandas.DataFrame
-        From `experiments.peak_errors.swing_results`.
+        From `narx.experiments.peak_errors.swing_results`.
 
     Returns
     -------

@@ -2,12 +2,12 @@
 
 import pandas as pd
 
-from experiments.method_labels import method_label, method_order
-from experiments.tables.subjects import condition_order, over_subjects, subject_means
-from experiments.tables.table import Table, shown
-from narx.recording import kind_of
-from narx.segment_angles import AXES
-from narx.significance import bootstrap_mean, paired_test
+from narx.evaluation.significance import bootstrap_mean, paired_test
+from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.tables.subjects import condition_order, over_subjects, subject_means
+from narx.experiments.tables.table import Table, shown
+from narx.kinematics.segment_angles import AXES
+from narx.recordings.trial import kind_of
 
 QUANTITIES = {"precision_deg": "precision", "rmse_deg": "RMSE"}
 

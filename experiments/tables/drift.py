@@ -5,13 +5,13 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pandas as pd
 
-from experiments.evaluated import Evaluated
-from experiments.method_labels import method_label, method_order
-from experiments.tables.table import Table
-from narx.drift import drift_test
-from narx.recording import kind_of
-from narx.segment_angles import AXES
-from narx.significance import bootstrap_mean
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.drift import drift_test
+from narx.evaluation.significance import bootstrap_mean
+from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.tables.table import Table
+from narx.kinematics.segment_angles import AXES
+from narx.recordings.trial import kind_of
 
 
 def drift_table(

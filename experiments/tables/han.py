@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from experiments.method_labels import method_label, method_order
-from experiments.published import published
-from experiments.tables.table import Table
 from narx.errors import UserError
-from narx.segment_angles import AXES
+from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.published import published
+from narx.experiments.tables.table import Table
+from narx.kinematics.segment_angles import AXES
 
 SEGMENTS = ("thigh", "shank")
 _HEADINGS = {

@@ -5,12 +5,12 @@ from collections.abc import Iterable
 import numpy as np
 import pandas as pd
 
-from experiments.evaluated import Evaluated
-from experiments.method_labels import method_label
-from experiments.tables.table import Table
-from narx.recording import kind_of
-from narx.segment_angles import AXES
-from narx.uncertainty import calibration
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.uncertainty import calibration
+from narx.experiments.method_labels import method_label
+from narx.experiments.tables.table import Table
+from narx.kinematics.segment_angles import AXES
+from narx.recordings.trial import kind_of
 
 
 def coverage_table(evaluated: Iterable[Evaluated]) -> Table | None:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pandas as pd
 
-from experiments.results import NUMBERS
+from narx.evaluation.results import NUMBERS
 
 _CONDITIONS = ("slow", "normal", "fast", "abnormal")
 

@@ -10,13 +10,13 @@ from collections.abc import Iterable, Mapping
 
 import pandas as pd
 
-from experiments.method_labels import method_label, method_order
-from experiments.published import published
-from experiments.tables.subjects import condition_order, over_subjects, subject_means
-from experiments.tables.table import Table
 from narx.errors import UserError
-from narx.segment_angles import AXES
-from narx.significance import bootstrap_mean
+from narx.evaluation.significance import bootstrap_mean
+from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.published import published
+from narx.experiments.tables.subjects import condition_order, over_subjects, subject_means
+from narx.experiments.tables.table import Table
+from narx.kinematics.segment_angles import AXES
 
 _COLUMNS = ("Error mean", "Error SD", "RMSE mean", "RMSE SD", "r mean", "r SD")
 _PRINTED = (

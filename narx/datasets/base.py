@@ -8,7 +8,7 @@ from typing import ClassVar
 import pandas as pd
 
 from narx.errors import UserError
-from narx.recording import Trial
+from narx.recordings.trial import Trial
 
 INDEX_COLUMNS = ("subject", "condition", "trial")
 

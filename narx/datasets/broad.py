@@ -16,7 +16,7 @@ from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.tracked_sensor import RawSensor, align_sensors
 from narx.errors import RecordingError
-from narx.recording import Trial
+from narx.recordings.trial import Trial
 
 _SEGMENT = "imu"
 _FILE = re.compile(r"(?P<number>\d\d)_(?P<condition>.+)\.mat")

@@ -12,13 +12,14 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 
+from narx.calibration.static_bias import first_rest_s
 from narx.datasets.base import TrialSource
 from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.tracked_sensor import RawSensor, align_sensors
 from narx.errors import RecordingError
-from narx.recording import FloatArray, Trial
-from narx.static_bias import first_rest_s
+from narx.recordings.trial import Trial
+from narx.types import FloatArray
 
 _SEGMENTS = ("imu1", "imu2")
 _FILE = re.compile(r"data_(?P<joint>[123]D)_(?P<number>\d+)\.mat")

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.io
 
 from narx.errors import RecordingError
-from narx.recording import FloatArray
+from narx.types import FloatArray
 
 
 def read_mat(path: Path) -> dict[str, Any]:

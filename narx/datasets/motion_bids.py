@@ -16,14 +16,15 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
+from narx.calibration.static_bias import first_rest_s
 from narx.datasets.base import TrialSource
 from narx.datasets.text_table import read_numbers
 from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError, UserError
 from narx.files import sha256_of
-from narx.recording import GRAVITY_M_S2, FloatArray, ImuRecording, ReferenceOrientation, Trial
-from narx.resampling import uniform_clock
-from narx.static_bias import first_rest_s
+from narx.recordings.resampling import uniform_clock
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
+from narx.types import FloatArray
 
 _FILE = re.compile(
     r"sub-(?P<sub>[^_]+)(?:_ses-(?P<ses>[^_]+))?_task-(?P<task>[^_]+)(?:_acq-(?P<acq>[^_]+))?"

@@ -13,16 +13,17 @@ import pandas as pd
 from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
-from narx.clock_alignment import estimate_clock_offset
+from narx.calibration.static_bias import first_rest_s
 from narx.datasets.base import TrialSource
 from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.text_table import read_numbers
 from narx.datasets.tracked_sensor import on_clock
 from narx.errors import RecordingError
-from narx.recording import FloatArray, ReferenceOrientation, Trial
-from narx.resampling import resample_quaternions, uniform_clock
-from narx.static_bias import first_rest_s
+from narx.recordings.clock_alignment import estimate_clock_offset
+from narx.recordings.resampling import resample_quaternions, uniform_clock
+from narx.recordings.trial import ReferenceOrientation, Trial
+from narx.types import FloatArray
 
 _SENSORS = {
     "thigh_right": "00B40C3C",

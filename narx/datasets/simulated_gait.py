@@ -6,13 +6,12 @@ from typing import ClassVar
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
-from narx.recording import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
-from narx.rotations import compose
+from narx.kinematics.rotations import compose
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
 from narx.simulation.body import TABLE_1, Body, body_of
 from narx.simulation.calculus import EDGE
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
@@ -26,8 +25,7 @@ from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move
 from narx.simulation.true_motion import TrueMotion
 from narx.simulation.walker import WalkingPattern, walking_pattern
 from narx.simulation.walking import MARGIN_S, VARIATION_CHANNELS, walk
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 LEGS = ("thigh_right", "shank_right", "thigh_left", "shank_left")
 

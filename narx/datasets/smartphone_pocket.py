@@ -19,13 +19,9 @@ from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.text_table import read_numbers
 from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError
-from narx.recording import (
-    GRAVITY_M_S2,
-    FloatArray,
-    ImuRecording,
-    Trial,
-)
-from narx.resampling import uniform_clock
+from narx.recordings.resampling import uniform_clock
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, Trial
+from narx.types import FloatArray
 
 _SEGMENT = "thigh"  # which pocket, left or right, is not recorded
 _TRIAL_FOLDER = re.compile(r"(?P<walker>[^_]+)_(?P<phone>[^_]+)_(?P<condition>.+_FrontPocket)")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from narx.errors import RecordingError
-from narx.recording import FloatArray
+from narx.types import FloatArray
 
 
 def read_numbers(

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from narx.clock_alignment import estimate_clock_offset, estimate_misalignment
-from narx.recording import FloatArray, ImuRecording, ReferenceOrientation
-from narx.resampling import resample_quaternions, resample_vectors, uniform_clock
+from narx.recordings.clock_alignment import estimate_clock_offset, estimate_misalignment
+from narx.recordings.resampling import resample_quaternions, resample_vectors, uniform_clock
+from narx.recordings.trial import ImuRecording, ReferenceOrientation
+from narx.types import FloatArray
 
 # the body cannot turn faster than its gyroscope says: beyond this factor it is a tracking fault
 _SPIKE_FACTOR = 2.0

@@ -8,10 +8,10 @@ import warnings
 
 import torch
 
-from narx.checkpoint import Checkpoint
 from narx.errors import UserError
 from narx.export.recurrence import ExportedNarx, StepGraph, description
 from narx.files import atomic_path
+from narx.inference.checkpoint import Checkpoint
 
 _LIBRARIES = ("onnx", "onnxscript")
 

@@ -1,7 +1,8 @@
 """The whole method in torch operations alone, so that it runs where this package is not.
 
-Start-up, hand-over and network of `narx.network_method.NarxMethod`, at the network's own sampling
-rate, as one step on one packed state. Every export is made from this module or compared with it.
+Start-up, hand-over and network of `narx.inference.narx_method.NarxMethod`, at the network's own
+sampling rate, as one step on one packed state. Every export is made from this module or compared
+with it.
 
 The state is a float64 vector:
 
@@ -21,8 +22,8 @@ indices  content
 20-      the network's past inputs and outputs, normalised, axis by axis
 ======== ==================================================================
 
-The first 14 are those of `narx.start_up.StartUp`, and stay as they are once the network works.
-The network's part follows along during the start-up, so handing over is nothing but going on
+The first 14 are those of `narx.inference.start_up.StartUp`, and stay as they are once the network
+works. The network's part follows along during the start-up, so handing over is nothing but going on
 with the other equations.
 """
 
@@ -31,11 +32,11 @@ import math
 import torch
 from torch import Tensor, nn
 
-from narx.cell import coupled_rates
-from narx.checkpoint import Checkpoint
 from narx.errors import MethodNotApplicableError
-from narx.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S, MOVING_S, STATE_SIZE
-from narx.washout import washout_gain
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S, MOVING_S, STATE_SIZE
+from narx.inference.washout import washout_gain
+from narx.network.cell import coupled_rates
 
 _NETWORK = STATE_SIZE + 6
 

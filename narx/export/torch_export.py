@@ -6,10 +6,10 @@ from pathlib import Path
 
 import torch
 
-from narx.checkpoint import Checkpoint
 from narx.errors import UserError
 from narx.export.recurrence import ExportedNarx, StepGraph, description
 from narx.files import atomic_path
+from narx.inference.checkpoint import Checkpoint
 
 
 def exported_step(checkpoint: Checkpoint) -> torch.export.ExportedProgram:

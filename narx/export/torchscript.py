@@ -5,9 +5,9 @@ import warnings
 
 import torch
 
-from narx.checkpoint import Checkpoint
 from narx.export.recurrence import ExportedNarx
 from narx.files import atomic_path
+from narx.inference.checkpoint import Checkpoint
 
 
 def scripted(checkpoint: Checkpoint) -> torch.jit.ScriptModule:

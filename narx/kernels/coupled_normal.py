@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from narx.kernels.axis_tile import linearise
 from narx.kernels.coupled_loop import fetch_axes, fetch_lanes, fetch_past, keep_past, shift, stacked
 from narx.kernels.coupled_tile import (
     answer_to_tilt,
@@ -15,7 +16,6 @@ from narx.kernels.coupled_tile import (
 )
 from narx.kernels.gram import add_products
 from narx.kernels.lanes import INNER, JIT, VECTOR, load, njit, store
-from narx.kernels.tile import linearise
 from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for
 
 

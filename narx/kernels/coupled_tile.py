@@ -3,7 +3,7 @@
 The tilt is extrapolated to the time of the sample, ``2 p_{k-1} - p_{k-2}`` (`ahead`): with that
 of the sample before, tilt and turn that go together would act like a bias of 0.1 deg/s at 100 Hz.
 
-Layout as in `narx.kernels.tile`, with the axis first: gyroscope ``u``, inputs of the network
+Layout as in `narx.kernels.axis_tile`, with the axis first: gyroscope ``u``, inputs of the network
 ``v`` and their answers ``tilting`` to the tilt before have ``input_lags - 1`` samples before
 the tile, outputs ``y`` (3, 1, columns) ``output_lags``, sensitivities ``rows`` (3, K, columns)
 a head of `coupled_head` columns. Per lane: ``scales`` (6, W): rates, then angles; ``posture``

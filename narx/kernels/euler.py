@@ -68,8 +68,8 @@ def angle_rates(
 ) -> Any:
     """Rates of the three angles from the gyroscope, and their derivatives by the tilt.
 
-    As `narx.segment_angles.coupled_rates`, with the cosine of the frontal angle kept away from
-    zero. Returns the three rates, then d/d(sagittal) of them, then d/d(frontal).
+    As `narx.kinematics.segment_angles.coupled_rates`, with the cosine of the frontal angle kept
+    away from zero. Returns the three rates, then d/d(sagittal) of them, then d/d(frontal).
     """
     sin_s, cos_s = sine_cosine(sagittal, exact)
     sin_f, cos_f = sine_cosine(frontal, exact)

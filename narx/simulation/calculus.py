@@ -5,10 +5,9 @@ second derivative of a 20 Hz oscillation is right to 1e-7, far below any sensor'
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 _HALF = 4
 # samples at both ends where the stencils reach beyond the data; callers compute more and trim

@@ -7,12 +7,10 @@ and imperfections are assumptions, listed in docs/simulator.md.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from narx.simulation.calculus import smooth_step
 from narx.simulation.walking import postural_sway
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 PARTS = (
     "still",

@@ -20,7 +20,8 @@ individual walker departs from them by more than that (`narx.simulation.walker`)
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
+
 ComplexArray = NDArray[np.complex128]
 
 # order of the channels of a joint everywhere: flexion, abduction, internal rotation

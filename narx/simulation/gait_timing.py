@@ -7,13 +7,11 @@ of the movement goes from 0 in standing to 1 in steady walking.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
 from narx.simulation.calculus import smooth_step
 from narx.simulation.random_numbers import persistent_noise
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 # strides that the splines run on beyond the walk, so that they are smooth at its ends
 _MARGIN = 8

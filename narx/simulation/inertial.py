@@ -1,13 +1,11 @@
 """Angular rate and specific force at a place on a moving segment."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from narx.recording import GRAVITY_M_S2
+from narx.recordings.trial import GRAVITY_M_S2
 from narx.simulation.calculus import derivative
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 _UP = np.array([0.0, 0.0, GRAVITY_M_S2])
 

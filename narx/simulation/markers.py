@@ -4,14 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from narx.rotations import compose
+from narx.kinematics.rotations import compose
 from narx.simulation.skeleton import SkeletonMotion
 from narx.simulation.soft_tissue import MARKER_GAIN, SoftTissue, draw_soft_tissue
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 # the frame's axes against the true ones, about x, y, z: misplaced landmarks turn the knee's axis
 # by some degrees about the long axis (Della Croce et al., Gait & Posture 21:226, 2005), here at

@@ -3,10 +3,9 @@
 import zlib
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 
 def stream(seed: int, *names: str) -> np.random.Generator:

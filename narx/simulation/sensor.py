@@ -7,13 +7,11 @@ process) and bias random walk, white noise, low-pass filter, range, quantisation
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
 from narx.errors import UserError
-from narx.recording import GRAVITY_M_S2
-
-FloatArray = NDArray[np.float64]
+from narx.recordings.trial import GRAVITY_M_S2
+from narx.types import FloatArray
 
 _DEG = np.pi / 180.0
 

@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from narx.simulation.body import Body
@@ -12,8 +11,7 @@ from narx.simulation.markers import Markers, draw_markers
 from narx.simulation.random_numbers import stream
 from narx.simulation.sensor import SensorModel, TriadErrors, draw_triad_errors
 from narx.simulation.soft_tissue import SENSOR_GAIN, SoftTissue, draw_skin, draw_soft_tissue
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 # what can be left out of a simulation, one by one
 ERROR_SOURCES = (

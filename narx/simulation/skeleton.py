@@ -1,22 +1,20 @@
 """Pelvis, thighs and shanks in space, carried by feet that neither slip nor sink.
 
-Global and anatomical frames as in `narx.segment_angles`: x forward, y left, z up; all segments
-are aligned with the global frame in standing. Joint angles are in the order flexion, abduction,
-internal rotation, positive alike for both legs (the left leg is the mirror image of a right one),
-in the joint coordinate system of Grood and Suntay (J Biomech Eng 105:136-144, 1983).
+Global and anatomical frames as in `narx.kinematics.segment_angles`: x forward, y left, z up; all
+segments are aligned with the global frame in standing. Joint angles are in the order flexion,
+abduction, internal rotation, positive alike for both legs (the left leg is the mirror image of a
+right one), in the joint coordinate system of Grood and Suntay (J Biomech Eng 105:136-144, 1983).
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from narx.rotations import compose, from_angles
+from narx.kinematics.rotations import compose, from_angles
 from narx.simulation.body import Body
 from narx.simulation.calculus import derivative, second_derivative, smooth_step
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 SIDES = ("right", "left")
 SEGMENTS = ("pelvis", "thigh_right", "shank_right", "thigh_left", "shank_left")

@@ -9,12 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from narx.simulation.skeleton import SkeletonMotion
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 # standard deviation of the tissue's rotation per angle of the joint, about each anatomical axis
 # (x, y, z); sizes and sources: docs/simulator.md

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from narx.simulation.body import Body
 from narx.simulation.gait_curves import (
@@ -15,8 +14,7 @@ from narx.simulation.gait_curves import (
 )
 from narx.simulation.random_numbers import stream
 from narx.simulation.skeleton import SIDES, forward_velocity
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 JOINTS = ("pelvis", "hip_right", "knee_right", "hip_left", "knee_left")
 

@@ -3,7 +3,6 @@
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from narx.simulation.body import Body
@@ -12,8 +11,7 @@ from narx.simulation.gait_timing import OFFSET_SD_DEG, SIZE_CV, GaitTiming
 from narx.simulation.random_numbers import smooth_noise
 from narx.simulation.skeleton import SIDES, SkeletonMotion, forward_velocity, move
 from narx.simulation.walker import JOINTS, WalkingPattern
-
-FloatArray = NDArray[np.float64]
+from narx.types import FloatArray
 
 # channels of stride-to-stride variation: size and mean of each joint's three angles
 VARIATION_CHANNELS = 2 * 3 * len(JOINTS)

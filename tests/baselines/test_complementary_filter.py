@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from baselines.complementary_filter import ComplementaryFilter
+from narx.baselines.complementary_filter import ComplementaryFilter
 from narx.errors import UserError
 from narx.method import SegmentSignals
-from narx.recording import GRAVITY_M_S2
+from narx.recordings.trial import GRAVITY_M_S2
 
 
 def signals_of(rate, tilt, rate_hz, initial=None):

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 import torch
 
-from baselines import METHODS, make_method
+from narx.baselines import METHODS, make_method
 from narx.errors import MethodNotApplicableError
-from narx.initial_weights import leaky_integrator_weights
+from narx.inference.narx_method import NarxMethod
+from narx.inference.start_up import StartUp
 from narx.method import OrientationMethod, SegmentSignals
-from narx.model import Narx
-from narx.network_method import NarxMethod
-from narx.normalisation import Normalisation
-from narx.recording import GRAVITY_M_S2
-from narx.start_up import StartUp
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
+from narx.recordings.trial import GRAVITY_M_S2
+from narx.training.initial_weights import leaky_integrator_weights
 
 RATES_HZ = (100.0, 200.0, 500.0)
 

@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.giof import Giof
+from narx.baselines.giof import Giof
 from narx.errors import MethodNotApplicableError, UserError
 from narx.method import SegmentSignals
-from narx.recording import GRAVITY_M_S2
+from narx.recordings.trial import GRAVITY_M_S2
 
 
 def printed_pseudocode(rate, force, interval_s, eta, gamma_3):

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from baselines.gyro_integration import GyroIntegration
+from narx.baselines.gyro_integration import GyroIntegration
 from narx.errors import UserError
+from narx.kinematics.segment_angles import angles_from_orientation
 from narx.method import SegmentSignals
-from narx.segment_angles import angles_from_orientation
 
 
 def one_axis(rate, rate_hz=100.0, initial=None):

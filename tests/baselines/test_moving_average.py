@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baselines.moving_average import centred_moving_average
+from narx.baselines.moving_average import centred_moving_average
 
 
 def test_an_even_window_gives_its_ends_half_a_weight():

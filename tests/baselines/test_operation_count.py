@@ -3,17 +3,17 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from baselines import make_method
-from baselines.operation_count import (
+from narx.baselines import make_method
+from narx.baselines.operation_count import (
     OPERATIONS,
     CountedFloat,
     count_stream,
     count_two_point,
     operation_table,
 )
-from baselines.tilt import tilt
+from narx.baselines.tilt import tilt
 from narx.errors import MethodNotApplicableError
-from narx.segment_angles import tilt_from_specific_force
+from narx.kinematics.segment_angles import tilt_from_specific_force
 
 
 def test_a_counted_float_counts_and_calculates():

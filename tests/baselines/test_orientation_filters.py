@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import baselines.parameters
-from baselines import make_method
-from baselines.orientation_filter import gyroscope_xyz
+import narx.baselines.parameters
+from narx.baselines import make_method
+from narx.baselines.orientation_filter import gyroscope_xyz
 from narx.errors import MethodNotApplicableError, UserError
-from narx.segment_angles import angles_from_orientation, axis_rates
+from narx.kinematics.segment_angles import angles_from_orientation, axis_rates
 
 
 @pytest.fixture
@@ -109,9 +109,9 @@ def test_a_missing_library_is_one_clear_line(monkeypatch, name):
     def missing(module):
         raise ModuleNotFoundError(f"No module named {module!r}", name=module)
 
-    monkeypatch.setattr(baselines.parameters.importlib, "import_module", missing)
+    monkeypatch.setattr(narx.baselines.parameters.importlib, "import_module", missing)
     with pytest.raises(MethodNotApplicableError) as refusal:
-        baselines.parameters.optional_library(name, package)
+        narx.baselines.parameters.optional_library(name, package)
     assert str(refusal.value) == (
         f"method {name} needs the package '{package}', which is not installed: "
         "pip install 'narx-orientation[filters]'"
@@ -122,9 +122,9 @@ def test_a_library_that_is_broken_in_itself_is_not_called_missing(monkeypatch):
     def broken(module):
         raise ModuleNotFoundError("No module named 'numpy'", name="numpy")
 
-    monkeypatch.setattr(baselines.parameters.importlib, "import_module", broken)
+    monkeypatch.setattr(narx.baselines.parameters.importlib, "import_module", broken)
     with pytest.raises(ModuleNotFoundError):
-        baselines.parameters.optional_library("vqf", "vqf")
+        narx.baselines.parameters.optional_library("vqf", "vqf")
 
 
 def test_offline_vqf_does_not_stream():

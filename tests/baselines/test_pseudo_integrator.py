@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from baselines.pseudo_integrator import PseudoIntegrator
+from narx.baselines.pseudo_integrator import PseudoIntegrator
 from narx.errors import MethodNotApplicableError, UserError
 from narx.method import SegmentSignals
 

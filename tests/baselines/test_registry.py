@@ -6,12 +6,11 @@ import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
-import baselines
-from baselines import METHODS, make_method, method_class
+from narx.baselines import METHODS, make_method, method_class
 from narx.errors import UserError
 from narx.method import OrientationMethod
 
-CONFIGS = Path(baselines.__file__).parents[1] / "configs" / "method"
+CONFIGS = Path(__file__).parents[2] / "configs" / "method"
 
 
 def test_an_unknown_name_says_which_there_are():

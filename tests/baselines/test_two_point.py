@@ -3,12 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.gyro_integration import GyroIntegration
-from baselines.two_point import TwoPoint
+from narx.baselines.gyro_integration import GyroIntegration
+from narx.baselines.two_point import TwoPoint
 from narx.errors import MethodNotApplicableError, UserError
+from narx.kinematics.segment_angles import tilt_from_specific_force
 from narx.method import SegmentSignals
-from narx.recording import GRAVITY_M_S2
-from narx.segment_angles import tilt_from_specific_force
+from narx.recordings.trial import GRAVITY_M_S2
 
 
 def rms_deg(error):

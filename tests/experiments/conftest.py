@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from experiments.evaluated import Evaluated, knee
+from narx.evaluation.comparison import Evaluated, knee
 
 _STRIDES_HZ = {"slow": 0.7, "normal": 0.9, "fast": 1.1, "abnormal": 0.8}
 

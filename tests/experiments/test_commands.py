@@ -9,8 +9,8 @@ import torch
 from omegaconf import OmegaConf
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from experiments.results import read_results
-from narx import checkpoint as checkpoints
+from narx.evaluation.results import read_results
+from narx.inference import checkpoint as checkpoints
 
 # a minute of one walker is enough to see that everything is wired
 SMALL = (
@@ -187,7 +187,7 @@ def test_a_recording_cut_off_or_without_a_column_is_named(run_command, data_root
 
 def test_results_table_is_plain_csv(tmp_path):
     # what others rely on: a header and numbers that pandas reads without help
-    from experiments.results import COLUMNS, results_table, write_results
+    from narx.evaluation.results import COLUMNS, results_table, write_results
 
     write_results(results_table([]), tmp_path / "results.csv")
     assert list(pd.read_csv(tmp_path / "results.csv").columns) == list(COLUMNS)

@@ -5,15 +5,15 @@ import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
-from baselines import make_method
-from experiments.error_budget import (
+from narx.baselines import make_method
+from narx.datasets.simulated_gait import SimulatedGait
+from narx.experiments.error_budget import (
     budget_tables,
     exact_frame,
     exactly_tracked,
     knee_errors,
 )
-from narx.datasets.simulated_gait import SimulatedGait
-from narx.segment_angles import AXES, angles_from_orientation, mirror_quaternion
+from narx.kinematics.segment_angles import AXES, angles_from_orientation, mirror_quaternion
 
 _SHORT = {
     "subjects": ["S2"],

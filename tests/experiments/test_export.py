@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 import torch
 
-from narx import checkpoint as checkpoints
-from narx.checkpoint import Checkpoint
+from narx.inference import checkpoint as checkpoints
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
-from narx.model import Narx
-from narx.normalisation import Normalisation
-from narx.start_up import StartUp
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
 
 
 @pytest.fixture

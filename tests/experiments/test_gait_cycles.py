@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from experiments.gait_cycles import gait_cycles
-from narx.calibration import calibrate
+from narx.calibration.calibrate import calibrate
 from narx.datasets.simulated_gait import SimulatedGait
+from narx.experiments.gait_cycles import gait_cycles
 from narx.method import SegmentSignals
 
 
@@ -41,8 +41,8 @@ def test_contacts_are_found_where_the_trial_does_not_know_them():
         segments=["thigh_right", "shank_right"],
     )  # fmt: skip
     (trial,) = source
-    from experiments.estimation import evaluate_trial
-    from experiments.splits import TrialPart
+    from narx.datasets.splits import TrialPart
+    from narx.evaluation.trial import evaluate_trial
 
     calibrated = calibrate(trial)
     part = TrialPart("simulated_gait", trial.subject, trial.condition, trial.trial)

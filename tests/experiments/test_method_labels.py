@@ -1,4 +1,4 @@
-from experiments.method_labels import method_colour, method_label, method_order
+from narx.experiments.method_labels import method_colour, method_label, method_order
 
 NAMES = (
     "narx", "narx_smoothed", "gyro_integration", "pseudo_integrator", "complementary_filter",

@@ -3,12 +3,12 @@
 import pytest
 from omegaconf import OmegaConf
 
-from experiments import networks
-from experiments.splits import Fold, TrialPart
-from narx.checkpoint import Checkpoint
+from narx.datasets.splits import Fold, TrialPart
 from narx.errors import UserError
-from narx.model import Narx
-from narx.normalisation import Normalisation
+from narx.experiments import networks
+from narx.inference.checkpoint import Checkpoint
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
 
 
 def part(subject):

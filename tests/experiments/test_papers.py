@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hydra import compose, initialize_config_module
 
-from experiments.results import read_results
+from narx.evaluation.results import read_results
 
 AXES = ("sagittal", "frontal", "transverse")
 
@@ -186,7 +186,7 @@ def test_an_experiment_brings_its_own_walks(overrides, subjects, rate_hz):
 
 
 def test_alpha_of_print_is_the_crossover_of_the_configuration():
-    from baselines.complementary_filter import ComplementaryFilter
+    from narx.baselines.complementary_filter import ComplementaryFilter
 
     with initialize_config_module(version_base="1.3", config_module="configs"):
         cfg = compose("benchmark", overrides=["experiment=abhayasinghe_thigh_angle"])

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from experiments.peak_errors import peak_errors, swing, swing_results
 from narx.errors import MethodNotApplicableError
+from narx.experiments.peak_errors import peak_errors, swing, swing_results
 
 
 @pytest.fixture

@@ -2,9 +2,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.phase_timing import event_errors, phase_shares
-from experiments.tables.abhayasinghe import phase_tables
-from narx.gait_phases import GaitPhases
+from narx.experiments.phase_timing import event_errors, phase_shares
+from narx.experiments.tables.abhayasinghe import phase_tables
+from narx.gait.phases import GaitPhases
 
 
 @pytest.fixture

@@ -3,14 +3,14 @@ import pandas as pd
 import pytest
 import torch
 
-from narx import checkpoint as checkpoints
-from narx.checkpoint import Checkpoint
-from narx.datasets.recording_file import read_recording, write_recording
-from narx.model import Narx
-from narx.normalisation import Normalisation
-from narx.predict import predict
-from narx.recording import ImuRecording
-from narx.start_up import StartUp
+from narx.datasets.csv_recording import read_recording, write_recording
+from narx.inference import checkpoint as checkpoints
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.predict import predict
+from narx.inference.start_up import StartUp
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
+from narx.recordings.trial import ImuRecording
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 import numpy as np
 
-from experiments.published import published
-from narx.segment_angles import AXES
+from narx.experiments.published import published
+from narx.kinematics.segment_angles import AXES
 
 
 def test_tham():

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from experiments.raw_gyroscope import with_static_bias
-from narx.calibration import calibrate
+from narx.calibration.calibrate import calibrate
 from narx.datasets.simulated_gait import SimulatedGait
-from narx.recording import side_of
-from narx.segment_angles import axis_rates, mirror_angular_rate
+from narx.experiments.raw_gyroscope import with_static_bias
+from narx.kinematics.segment_angles import axis_rates, mirror_angular_rate
+from narx.recordings.trial import side_of
 
 
 @pytest.mark.parametrize("segment", ["thigh_right", "thigh_left"])

@@ -5,25 +5,25 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from experiments.evaluated import rows
-from experiments.figures.bland_altman import bland_altman
-from experiments.figures.calibration import calibration_figure
-from experiments.figures.canvas import save_figure
-from experiments.figures.drift import error_over_time, linear_drift
-from experiments.figures.histograms import peak_histograms, trial_histograms
-from experiments.figures.methods import methods_figure
-from experiments.figures.phases import phases
-from experiments.figures.spectrum import spectrum
-from experiments.figures.swing import swing_figure
-from experiments.figures.training import training_figure
-from experiments.figures.waveforms import first_and_last_minute, waveforms
-from experiments.method_labels import method_colour
-from experiments.peak_errors import swing, swing_results
-from experiments.results import results_table
-from experiments.tables.table import shown
-from narx.agreement import repeated_limits_of_agreement
 from narx.errors import UserError
-from narx.uncertainty import calibration
+from narx.evaluation.agreement import repeated_limits_of_agreement
+from narx.evaluation.comparison import rows
+from narx.evaluation.results import results_table
+from narx.evaluation.uncertainty import calibration
+from narx.experiments.figures.bland_altman import bland_altman
+from narx.experiments.figures.calibration import calibration_figure
+from narx.experiments.figures.canvas import save_figure
+from narx.experiments.figures.drift import error_over_time, linear_drift
+from narx.experiments.figures.histograms import peak_histograms, trial_histograms
+from narx.experiments.figures.methods import methods_figure
+from narx.experiments.figures.phases import phases
+from narx.experiments.figures.spectrum import spectrum
+from narx.experiments.figures.swing import swing_figure
+from narx.experiments.figures.training import training_figure
+from narx.experiments.figures.waveforms import first_and_last_minute, waveforms
+from narx.experiments.method_labels import method_colour
+from narx.experiments.peak_errors import swing, swing_results
+from narx.experiments.tables.table import shown
 
 
 def lines_of(panel, label):

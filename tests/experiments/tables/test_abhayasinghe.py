@@ -2,8 +2,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.peak_errors import swing_results
-from experiments.tables.abhayasinghe import (
+from narx.experiments.peak_errors import swing_results
+from narx.experiments.tables.abhayasinghe import (
     correlation_table,
     method_table,
     operations_table,

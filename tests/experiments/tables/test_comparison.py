@@ -2,11 +2,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.evaluated import rows
-from experiments.results import results_table
-from experiments.tables.comparison import comparison, comparison_table, trial_table
-from experiments.tables.subjects import subject_means
-from narx.significance import bootstrap_mean, paired_test
+from narx.evaluation.comparison import rows
+from narx.evaluation.results import results_table
+from narx.evaluation.significance import bootstrap_mean, paired_test
+from narx.experiments.tables.comparison import comparison, comparison_table, trial_table
+from narx.experiments.tables.subjects import subject_means
 
 
 @pytest.fixture

@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments.evaluated import Evaluated
-from experiments.tables.drift import drift_table
-from narx.drift import drift_test
-from narx.significance import bootstrap_mean
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.drift import drift_test
+from narx.evaluation.significance import bootstrap_mean
+from narx.experiments.tables.drift import drift_table
 
 RATE_HZ = 2.0
 GROWTH_DEG = {"A": 1.0, "B": 2.0, "C": 3.0}

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from experiments.evaluated import rows
-from experiments.results import results_table
-from experiments.tables.han import comparison_with_print, han_tables
 from narx.errors import UserError
+from narx.evaluation.comparison import rows
+from narx.evaluation.results import results_table
+from narx.experiments.tables.han import comparison_with_print, han_tables
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from experiments.tables.table import Table, as_markdown, shown
+from narx.experiments.tables.table import Table, as_markdown, shown
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,16 @@
 import numpy as np
 import pytest
 
-from experiments.evaluated import rows
-from experiments.published import published
-from experiments.results import results_table
-from experiments.tables.tham import (
+from narx.errors import UserError
+from narx.evaluation.comparison import rows
+from narx.evaluation.results import results_table
+from narx.experiments.published import published
+from narx.experiments.tables.tham import (
     comparison_with_print,
     demographics_table,
     interval_table,
     tham_tables,
 )
-from narx.errors import UserError
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
-from narx.recording import ImuRecording, Trial
+from narx.recordings.trial import ImuRecording, Trial
 
 
 class _Six(TrialSource):

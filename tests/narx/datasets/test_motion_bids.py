@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
-from narx.calibration import calibrate
+from narx.calibration.calibrate import calibrate
 from narx.datasets.motion_bids import MotionBids, segment_of
 from narx.errors import RecordingError, UserError
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from narx.calibration import calibrate
+from narx.calibration.calibrate import calibrate
 from narx.datasets.neura_sample import NeuraSample
 from narx.errors import RecordingError
-from narx.joint_angles import grood_suntay
-from narx.segment_angles import orientation_from_angles
-from narx.start_up import StartUp
+from narx.inference.start_up import StartUp
+from narx.kinematics.joint_angles import grood_suntay
+from narx.kinematics.segment_angles import orientation_from_angles
 
 pytestmark = pytest.mark.recordings
 

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from narx.datasets.simulated_gait import LEGS, SPEEDS_KM_H, SimulatedGait
 from narx.errors import UserError
-from narx.joint_angles import joint_angles
-from narx.recording import GRAVITY_M_S2
+from narx.kinematics.joint_angles import joint_angles
+from narx.recordings.trial import GRAVITY_M_S2
 from narx.simulation.body import TABLE_1
 from narx.simulation.sensor import sensor_model
 from narx.simulation.session import ERROR_SOURCES, draw_session

@@ -8,11 +8,11 @@ import scipy.io
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from narx.calibration import calibrate
+from narx.calibration.calibrate import calibrate
 from narx.datasets.registry import PUBLIC
 from narx.datasets.smartphone_pocket import SmartphonePocket
 from narx.errors import RecordingError, UserError
-from narx.recording import GRAVITY_M_S2
+from narx.recordings.trial import GRAVITY_M_S2
 
 _OFFSET_S = 0.0173
 _ALIGNMENT_S = -1.25

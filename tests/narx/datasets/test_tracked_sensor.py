@@ -8,12 +8,12 @@ import scipy.io
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from narx.calibration import calibrate
+from narx.calibration.calibrate import calibrate
 from narx.datasets.broad import Broad
 from narx.datasets.joint_1to3dof import Joint1To3Dof
 from narx.datasets.tracked_sensor import turn_frame, without_spikes
 from narx.errors import RecordingError
-from narx.joint_angles import grood_suntay
+from narx.kinematics.joint_angles import grood_suntay
 
 _RATE_HZ = 100.0
 _OFFSET_S = 0.0145

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import torch
 
-from narx.checkpoint import Checkpoint
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
-from narx.model import Narx
-from narx.normalisation import Normalisation
-from narx.start_up import StartUp
-from narx.structure import NarxStructure
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
+from narx.network.structure import NarxStructure
 
 RATE_HZ = 25.0
 

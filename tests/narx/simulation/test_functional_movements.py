@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from narx.segment_angles import angles_from_orientation, mirror_quaternion
+from narx.kinematics.segment_angles import angles_from_orientation, mirror_quaternion
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
 from narx.simulation.skeleton import segment_orientations
 

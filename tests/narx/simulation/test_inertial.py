@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from narx.recording import GRAVITY_M_S2
+from narx.recordings.trial import GRAVITY_M_S2
 from narx.simulation.calculus import EDGE, second_derivative
 from narx.simulation.inertial import angular_rate, specific_force
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from narx.joint_angles import joint_angles
-from narx.segment_angles import mirror_quaternion, mirror_vector
+from narx.kinematics.joint_angles import joint_angles
+from narx.kinematics.segment_angles import mirror_quaternion, mirror_vector
 from narx.simulation.body import Body
 from narx.simulation.skeleton import (
     PRESSURE_CENTRE_PER_LEG,

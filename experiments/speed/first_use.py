@@ -1,0 +1,56 @@
+"""How long the first use takes, which compiles the kernels, and how long any later one."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+_PROGRAM = """
+import time; start = time.perf_counter()
+import numpy as np, torch
+from narx.network.closed_loop import closed_loop
+from narx.training.multi_start import multi_start, network_curriculum, normal_starts
+from narx.network.structure import NarxStructure
+imported = time.perf_counter()
+structure = NarxStructure()
+v = torch.from_numpy(np.random.default_rng(0).standard_normal((200, 1)))
+target = 0.1 * v[:, 0]
+stages = network_curriculum(v, target, structure=structure, horizons=(1, None))
+starts = normal_starts(structure, 16, np.random.default_rng(0))
+best = multi_start(stages, starts, stages[-1].problem)
+closed_loop(torch.from_numpy(best.weights), v, structure=structure)
+closed_loop(torch.from_numpy(best.weights), v.expand(9, 200, 1), structure=structure)
+print(time.perf_counter() - imported)
+"""
+
+
+def first_use() -> dict[str, float]:
+    """Compile in a fresh cache, then start again from it.
+
+    Returns
+    -------
+    dict of str to float
+        ``first_use_s`` and ``later_use_s`` from the imports to the end of a small training with a
+        rollout of one and of many channels; ``import_narx_s`` of a process that imports the
+        package and nothing else. s.
+    """
+    result = {}
+    with tempfile.TemporaryDirectory() as cache:
+        for name in ("first_use_s", "later_use_s"):
+            run = subprocess.run(
+                [sys.executable, "-c", _PROGRAM],
+                env=os.environ | {"NUMBA_CACHE_DIR": cache},
+                check=True,
+                capture_output=True,
+                text=True,
+            )
+            result[name] = float(run.stdout)
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-c", "import narx"], check=True)
+        times.append(time.perf_counter() - start)
+    return result | {"import_narx_s": float(np.median(times))}

@@ -1,0 +1,249 @@
+"""From a trial as recorded to calibrated signals and reference angles of each segment."""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from narx.calibration.axes import frame_from_gravity, up_from_gravity
+from narx.calibration.functional import (
+    MOVEMENT,
+    functional_frame,
+    has_own_movement,
+    has_whole_leg,
+    leg_frame,
+    standing_force,
+)
+from narx.calibration.knee import FrameFinder, turned_by_knee
+from narx.calibration.reference import anatomical_reference, rest_heading_rad
+from narx.calibration.static_bias import static_bias
+from narx.calibration.walking import walking_frame
+from narx.errors import UserError
+from narx.kinematics.segment_angles import (
+    TRANSVERSE,
+    angles_from_orientation,
+    clinical_rates,
+    mirror_vector,
+)
+from narx.method import SegmentSignals
+from narx.recordings.trial import Trial, kind_of, side_of
+from narx.types import FloatArray
+
+Mode = Literal["auto", "leg", "knee", "functional", "walking", "sensor"]
+
+
+# errors of the headings that calibration movements leave, thigh and shank (docs/recordings.md)
+LEG_HEADING_SD_DEG = (5.0, 2.0)
+
+
+@dataclass(frozen=True)
+class CalibratedSegment:
+    """One segment, ready for any method.
+
+    Parameters
+    ----------
+    signals : SegmentSignals
+        What a method may look at: rates about the clinical axes and specific force in the
+        anatomical frame, left leg mirrored, static bias removed.
+    reference_wxyz : ndarray, shape (N, 4), or None
+        Orientation of the anatomical frame in the global frame (left leg mirrored), relative to
+        the calibration posture; NaN where missing. None without a reference.
+    reference_angles_rad : ndarray, shape (N, 3), or None
+        The three angles of `reference_wxyz`; transverse is NaN unless the walk is straight.
+    sensor_to_anatomical : Rotation
+        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+    static_bias_rad_s : ndarray, shape (3,)
+        Gyroscope bias that was subtracted, in the sensor frame, rad/s.
+    notes : tuple of str
+        What was done, for people.
+    """
+
+    signals: SegmentSignals
+    reference_wxyz: FloatArray | None
+    reference_angles_rad: FloatArray | None
+    sensor_to_anatomical: Rotation
+    static_bias_rad_s: FloatArray
+    notes: tuple[str, ...]
+
+
+def calibrate(
+    trial: Trial, mode: Mode = "auto", *, remove_heading_misalignment: bool = False
+) -> dict[str, CalibratedSegment]:
+    """Calibrate all segments of a trial.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    mode : {"auto", "leg", "knee", "functional", "walking", "sensor"}
+        ``functional``: gravity in standing gives z; hip abduction gives x of a thigh, passive
+        knee flexion y of a shank (Tham et al., II-A). ``leg``: the same movements, each seen by
+        both sensors of the leg (`narx.calibration.functional.leg_frame`). ``knee``: ``leg``, turned
+        until the knee abducts least in walking (`narx.calibration.knee`). ``walking``: gravity (in
+        standing where the trial has it, otherwise over the walk) and the principal horizontal
+        axis of the walking gyroscope as y, turned in the same way where both sensors of a leg are
+        there. ``sensor``: the sensor frame, turned the shortest way so that z is up at rest (or
+        over the first second), for what is not a leg; a second sensor is given the heading of the
+        first at rest by the reference, where that tracked the sensors, so that the joint between
+        them starts at zero. ``auto``: knee, functional or walking, the first for which the trial
+        has the recordings; sensor for anything but thigh and shank.
+    remove_heading_misalignment : bool
+        Whether the constant angle about the vertical between an anatomical reference frame
+        (markers) and the calibrated sensor frame is removed, estimated over the whole trial
+        from angular rates. It takes this part of the calibration error, which shows as
+        crosstalk between the axes, out of the comparison, and is noted.
+
+    Returns
+    -------
+    dict of str to CalibratedSegment
+        By segment name.
+
+    Raises
+    ------
+    UserError
+        If the mode is unknown.
+    RecordingError
+        If the trial lacks what the mode needs, or the walk does not tell forward from backward.
+
+    Notes
+    -----
+    The static bias is the mean of a ``still`` recording, without one that of all standing parts
+    together (`narx.calibration.static_bias.static_bias`); without any it stays in, and a note says
+    so.
+
+    Reference: its tilt is relative to gravity. An anatomical reference is made upright in the
+    calibration posture, where the trial contains it (its still parts, or its first sample);
+    one that tracked the sensor needs no such thing, since the sensor's calibration gives it the
+    same anatomical frame. The heading of the calibration posture is removed, so the transverse
+    angle starts at zero; where the trial does not contain the posture, a straight walk keeps its
+    heading (the global x axis is then the direction of the walk, by the source's contract), and
+    any other loses the heading of the first sample that is there.
+    """
+    if mode not in get_args(Mode):
+        raise UserError(
+            f"calibration mode '{mode}' is unknown; expected {', '.join(get_args(Mode))}"
+        )
+    return {
+        segment: _calibrate_segment(trial, segment, mode, remove_heading_misalignment)
+        for segment in trial.imus
+    }
+
+
+def _calibrate_segment(
+    trial: Trial, segment: str, mode: Mode, remove_heading_misalignment: bool
+) -> CalibratedSegment:
+    still = static_bias(trial, segment)
+    bias = np.zeros(3) if still is None else still.bias_rad_s
+    notes = [
+        "static gyroscope bias unknown, left in"
+        if still is None
+        else f"static gyroscope bias {np.degrees(bias).round(2).tolist()} deg/s "
+        f"from {still.where} removed"
+    ]
+    chosen = _available_mode(trial, segment) if mode == "auto" else mode
+    to_anatomical, how = _FIND[chosen](trial, segment, bias)
+    notes.append(how)
+
+    signals = signals_in_frame(trial, segment, to_anatomical, bias)
+    orientation: FloatArray | None = None
+    angles: FloatArray | None = None
+    if segment in trial.reference:
+        orientation, steps = anatomical_reference(
+            trial,
+            segment,
+            to_anatomical,
+            bias,
+            remove_heading_misalignment=remove_heading_misalignment,
+        )
+        angles = angles_from_orientation(orientation)
+        if not trial.straight:
+            angles[:, TRANSVERSE] = np.nan
+        notes.extend(steps)
+    return CalibratedSegment(signals, orientation, angles, to_anatomical, bias, tuple(notes))
+
+
+def signals_in_frame(
+    trial: Trial, segment: str, to_anatomical: Rotation, bias_rad_s: FloatArray
+) -> SegmentSignals:
+    """Turn a sensor's recording into what a method may look at.
+
+    Parameters
+    ----------
+    trial : Trial
+        The trial.
+    segment : str
+        Which sensor.
+    to_anatomical : Rotation
+        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+    bias_rad_s : ndarray, shape (3,)
+        Bias of the gyroscope in the sensor frame, rad/s.
+
+    Returns
+    -------
+    SegmentSignals
+        Without bias, a left leg mirrored.
+    """
+    imu, side = trial.imus[segment], side_of(segment)
+    force = to_anatomical.apply(imu.accelerometer_m_s2)
+    return SegmentSignals(
+        segment,
+        trial.sampling_rate_hz,
+        clinical_rates(to_anatomical.apply(imu.gyroscope_rad_s - bias_rad_s), side),
+        mirror_vector(force) if side == "left" else force,
+        np.zeros(3) if trial.starts_in_calibration_posture else None,
+    )
+
+
+def _leg(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    # sees both sensors of the leg, and asks for their biases itself
+    return leg_frame(trial, segment)
+
+
+def _knee(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    return turned_by_knee(trial, segment, bias, _leg, LEG_HEADING_SD_DEG)
+
+
+def _available_mode(trial: Trial, segment: str) -> Mode:
+    """Choose the first mode for which the trial has the parts."""
+    if kind_of(segment) not in MOVEMENT:
+        return "sensor"
+    if has_whole_leg(trial, segment):
+        return "knee"
+    return "functional" if has_own_movement(trial, segment) else "walking"
+
+
+def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+    standing = standing_force(trial, segment)
+    if standing is not None:
+        force, source = standing, "at rest"
+    else:
+        first = trial.imus[segment].accelerometer_m_s2[: max(1, int(trial.sampling_rate_hz))]
+        force, source = first, "over the first second"
+    frame = frame_from_gravity(up_from_gravity(force, f"{trial.name}, '{segment}'"))
+    how = f"sensor frame, turned the shortest way to be upright {source}"
+    first_segment = next(iter(trial.imus))
+    if segment != first_segment:
+        here, there = (
+            rest_heading_rad(trial, s, f)
+            for s, f in (
+                (segment, frame),
+                (first_segment, _upright_sensor(trial, first_segment, bias)[0]),
+            )
+        )
+        if here is not None and there is not None:
+            frame = Rotation.from_euler("Z", here - there) * frame
+            how += (
+                f", then about the vertical to the heading of '{first_segment}' at rest, which "
+                "only the reference knows"
+            )
+    return frame, how
+
+
+_FIND: dict[Mode, FrameFinder] = {
+    "leg": _leg,
+    "knee": _knee,
+    "functional": functional_frame,
+    "walking": walking_frame,
+    "sensor": _upright_sensor,
+}

@@ -1,0 +1,264 @@
+"""Anatomical frames from calibration movements: each on its own, or the whole leg together.
+
+Gravity in standing gives z; what is left to find is the direction of y in the horizontal plane of
+the sensor. A hip abduction shows it as the axis that is perpendicular to the one turned about, a
+passive knee flexion as the axis turned about (Tham et al. 2020, section II-A: one movement a
+segment). A leg that is abducted with a straight knee turns as one body, so both of its sensors see
+the same axis at the same time (Favre et al., J Biomech 41:1029, 2008, align two sensors with it).
+"""
+
+from typing import Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from narx.calibration.axes import (
+    excursion_rad,
+    frame_from_left,
+    principal_horizontal_axis,
+    up_from_gravity,
+)
+from narx.calibration.static_bias import static_bias
+from narx.errors import RecordingError
+from narx.recordings.trial import ImuRecording, Trial, kind_of, side_of
+from narx.types import FloatArray
+
+Movement = Literal["hip_abduction", "knee_flexion"]
+
+# calibration movement of a body segment, as Tham et al. choose them
+MOVEMENT: dict[str, Movement] = {"thigh": "hip_abduction", "shank": "knee_flexion"}
+_MIN_EXCURSION_RAD = np.radians(3.0)
+
+
+def standing_force(trial: Trial, segment: str) -> FloatArray | None:
+    """Give the accelerometer in the calibration posture.
+
+    Parameters
+    ----------
+    trial : Trial
+        With a ``standing`` recording or `still_s`.
+    segment : str
+        Which sensor.
+
+    Returns
+    -------
+    ndarray, shape (N, 3), or None
+        Specific force in the sensor frame, m/s^2; None where the trial has no such part.
+    """
+    recording = trial.calibration.get("standing", {}).get(segment)
+    if recording is not None:
+        return recording.accelerometer_m_s2
+    if not trial.still_s:
+        return None
+    begin, end = trial.still_s[0]
+    inside = (trial.time_s >= begin) & (trial.time_s <= end)
+    return trial.imus[segment].accelerometer_m_s2[inside]
+
+
+def movement_recording(trial: Trial, segment: str, movement: Movement) -> ImuRecording | None:
+    """Give the recording of a calibration movement of the segment's own leg.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    segment : str
+        Which sensor.
+    movement : {"hip_abduction", "knee_flexion"}
+        Which movement.
+
+    Returns
+    -------
+    ImuRecording or None
+        None where the trial has no such recording.
+    """
+    side = side_of(segment)
+    part = movement if side is None else f"{movement}_{side}"
+    return trial.calibration.get(part, {}).get(segment)
+
+
+def has_own_movement(trial: Trial, segment: str) -> bool:
+    """Tell whether `functional_frame` has what it needs.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    segment : str
+        Which sensor.
+
+    Returns
+    -------
+    bool
+        Whether there is a stand and the segment's own movement.
+    """
+    movement = MOVEMENT.get(kind_of(segment))
+    return (
+        movement is not None
+        and movement_recording(trial, segment, movement) is not None
+        and standing_force(trial, segment) is not None
+    )
+
+
+def has_whole_leg(trial: Trial, segment: str) -> bool:
+    """Tell whether `leg_frame` has what it needs.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    segment : str
+        Which sensor, a thigh's or a shank's.
+
+    Returns
+    -------
+    bool
+        Whether both sensors of the leg have a stand and an abduction, and the shank a flexion.
+    """
+    thigh, shank = leg_of(segment)
+    return (
+        has_own_movement(trial, thigh)
+        and has_own_movement(trial, shank)
+        and movement_recording(trial, shank, "hip_abduction") is not None
+    )
+
+
+def functional_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rotation, str]:
+    """Build the frame of one segment from its own movement (Tham et al. 2020, section II-A).
+
+    Parameters
+    ----------
+    trial : Trial
+        With a stand, and hip abduction (thigh) or passive knee flexion (shank).
+    segment : str
+        Which sensor.
+    bias_rad_s : ndarray, shape (3,)
+        Its gyroscope's bias, rad/s.
+
+    Returns
+    -------
+    sensor_to_anatomical : Rotation
+        Takes vectors in the sensor frame to the anatomical frame.
+    how : str
+        What was done, for people.
+
+    Raises
+    ------
+    RecordingError
+        If a part is missing or the movement is none.
+    """
+    if not has_own_movement(trial, segment):
+        lacking = (
+            "standing part"
+            if standing_force(trial, segment) is None
+            else "hip abduction or knee flexion"
+        )
+        raise RecordingError(
+            f"{trial.name}: no {lacking} of '{segment}' for functional calibration; "
+            "calibration mode 'walking' does without"
+        )
+    up = _up(trial, segment)
+    movement = MOVEMENT[kind_of(segment)]
+    left = _left(trial, segment, movement, up, bias_rad_s)
+    shown = "x hip abduction" if movement == "hip_abduction" else "y passive knee flexion"
+    return frame_from_left(up, left), f"functional: z standing, {shown}"
+
+
+def leg_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
+    """Build the frame of one segment from all movements of its leg.
+
+    Parameters
+    ----------
+    trial : Trial
+        With a stand, hip abduction with a straight knee and passive knee flexion.
+    segment : str
+        Which sensor, a thigh's or a shank's.
+
+    Returns
+    -------
+    sensor_to_anatomical : Rotation
+        Takes vectors in the sensor frame to the anatomical frame.
+    how : str
+        What was done, for people.
+
+    Raises
+    ------
+    RecordingError
+        If a part is missing or a movement is none.
+
+    Notes
+    -----
+    The shank sees both movements, and each says where y is. Nobody abducts a leg exactly sideways
+    or has the knee bent exactly about one axis, and the two fail independently: y of the shank is
+    half way between. What this corrects in the abduction was the leg's movement, so the thigh's
+    axis is turned by the same angle. Thigh and shank then agree about the one movement that they
+    made together, and only what the thigh's tissue did meanwhile stands between them.
+    """
+    if not has_whole_leg(trial, segment):
+        raise RecordingError(
+            f"{trial.name}: the leg of '{segment}' lacks a stand, hip abduction or knee flexion of "
+            "thigh and shank for calibration mode 'leg'; 'functional' needs one movement a segment"
+        )
+    thigh, shank = leg_of(segment)
+    up, bias = {}, {}
+    for name in (thigh, shank):
+        up[name] = _up(trial, name)
+        still = static_bias(trial, name)
+        bias[name] = np.zeros(3) if still is None else still.bias_rad_s
+    abduction = _left(trial, shank, "hip_abduction", up[shank], bias[shank])
+    flexion = _left(trial, shank, "knee_flexion", up[shank], bias[shank])
+    apart_rad = float(np.arctan2(up[shank] @ np.cross(abduction, flexion), abduction @ flexion))
+    left = _left(trial, segment, "hip_abduction", up[segment], bias[segment])
+    left = Rotation.from_rotvec(0.5 * apart_rad * up[segment]).apply(left)
+    return frame_from_left(up[segment], left), (
+        "leg: z standing, y half way between hip abduction and passive knee flexion, which differ "
+        f"by {np.degrees(apart_rad):.1f} deg about z"
+    )
+
+
+def leg_of(segment: str) -> tuple[str, str]:
+    """Name the segments that meet in a knee.
+
+    Parameters
+    ----------
+    segment : str
+        Any segment of the leg.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Thigh and shank of its side.
+    """
+    suffix = segment.removeprefix(kind_of(segment))
+    return f"thigh{suffix}", f"shank{suffix}"
+
+
+def _up(trial: Trial, segment: str) -> FloatArray:
+    standing = standing_force(trial, segment)
+    assert standing is not None  # callers have asked
+    return up_from_gravity(standing, f"{trial.name}, standing, '{segment}'")
+
+
+def _left(
+    trial: Trial, segment: str, movement: Movement, up: FloatArray, bias_rad_s: FloatArray
+) -> FloatArray:
+    """Direction of y in the sensor frame, as one movement shows it."""
+    recording = movement_recording(trial, segment, movement)
+    assert recording is not None  # callers have asked
+    rate = recording.gyroscope_rad_s - bias_rad_s
+    rate = rate[np.isfinite(rate).all(axis=1)]
+    axis = principal_horizontal_axis(rate, up)
+    abduction = movement == "hip_abduction"
+    # the movement starts from the neutral posture: the leg is lifted to its own side, which is
+    # about -x on the right and +x on the left; the dangling foot is swung forward, about -y
+    expected = 1.0 if abduction and side_of(segment) == "left" else -1.0
+    angle = excursion_rad(rate, axis, recording.sampling_rate_hz)
+    if abs(angle) < _MIN_EXCURSION_RAD:
+        raise RecordingError(
+            f"{trial.name}: calibration movement of '{segment}' leads {np.degrees(angle):.1f} deg "
+            "away from the neutral posture on average, expected at least "
+            f"{np.degrees(_MIN_EXCURSION_RAD):.0f} deg (begin in neutral, lift the leg outwards or "
+            "swing the foot forwards)"
+        )
+    axis = np.sign(expected * angle) * axis
+    return np.cross(up, axis) if abduction else axis

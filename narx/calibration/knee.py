@@ -1,0 +1,205 @@
+"""Headings of thigh and shank from the knee, seen by both sensors over a walk.
+
+Which way a sensor faces about the long axis of its segment is what gravity does not tell. An error
+there turns the axis about which the knee is said to flex, and the knee's 60 degrees of flexion then
+show up as abduction ('cross-talk'). Baker et al. (Hum Mov Sci 18:655, 1999) turn the thigh until
+knee abduction varies least over the walk; here thigh and shank are turned, since each sensor has a
+heading of its own, and what the calibration said before is weighed in.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from narx.calibration.axes import walking_band
+from narx.calibration.functional import leg_of
+from narx.calibration.static_bias import static_bias
+from narx.errors import RecordingError
+from narx.inference.start_up import StartUp
+from narx.kinematics.joint_angles import grood_suntay
+from narx.kinematics.rotations import compose
+from narx.kinematics.segment_angles import clinical_rates, orientation_from_angles
+from narx.recordings.trial import Trial, side_of
+from narx.types import BoolArray, FloatArray
+
+# how much a knee abducts and adducts over a stride, root mean square: order of what bone pins
+# show (Lafortune et al., J Biomech 25:347, 1992: 5 degrees from stance to swing)
+ABDUCTION_DEG = 2.0
+# two slow strides
+_MIN_WALK_S = 3.0
+# drift of the integrated gyroscope stays below a degree or two, and strides are many enough
+_MAX_WALK_S = 60.0
+# the posture is taken to last until the walk begins, if not for longer than this
+_MAX_WAIT_S = 5.0
+# walking is below 10 Hz
+_RATE_HZ = 50.0
+
+# finds the frame of a sensor, and says how: of a trial, a segment's name, its gyroscope's bias
+FrameFinder = Callable[[Trial, str, FloatArray], tuple[Rotation, str]]
+
+
+def turned_by_knee(
+    trial: Trial,
+    segment: str,
+    bias_rad_s: FloatArray,
+    find: FrameFinder,
+    heading_sd_deg: tuple[float, float],
+) -> tuple[Rotation, str]:
+    """Find a frame, and turn it about z as the knee would have it.
+
+    Parameters
+    ----------
+    trial : Trial
+        As from a source.
+    segment : str
+        Which sensor.
+    bias_rad_s : ndarray, shape (3,)
+        Its gyroscope's bias, rad/s.
+    find : callable
+        ``find(trial, segment, bias_rad_s)`` gives the frame to start from and how it was found.
+    heading_sd_deg : tuple of (float, float)
+        Standard deviation of the error of such frames about z, thigh and shank, degrees.
+
+    Returns
+    -------
+    sensor_to_anatomical : Rotation
+        Takes vectors in the sensor frame to the anatomical frame.
+    how : str
+        What was done, for people.
+
+    Raises
+    ------
+    RecordingError
+        As `find` does.
+
+    Notes
+    -----
+    The frame stays as it is without a sensor on the other segment of the leg, and without three
+    seconds of walk, free of gaps, that begin in the calibration posture.
+    """
+    frame, how = find(trial, segment, bias_rad_s)
+    turn_rad = _turn_rad(trial, segment, frame, find, heading_sd_deg)
+    if turn_rad is None:
+        return frame, how
+    mirror = -1.0 if side_of(segment) == "left" else 1.0
+    return Rotation.from_rotvec([0.0, 0.0, mirror * turn_rad]) * frame, (
+        f"{how}; turned by {np.degrees(turn_rad):.1f} deg about z for the knee to abduct least"
+    )
+
+
+def _turn_rad(
+    trial: Trial,
+    segment: str,
+    own: Rotation,
+    find: FrameFinder,
+    heading_sd_deg: tuple[float, float],
+) -> float | None:
+    leg = leg_of(segment)
+    if segment not in leg or not all(name in trial.imus for name in leg):
+        return None
+    rates = []
+    for name in leg:
+        still = static_bias(trial, name)
+        bias = np.zeros(3) if still is None else still.bias_rad_s
+        try:
+            frame = own if name == segment else find(trial, name, bias)[0]
+        except RecordingError:
+            # a leg whose other sensor shows nothing is as good as one without it
+            return None
+        rate = frame.apply(trial.imus[name].gyroscope_rad_s - bias)
+        rates.append(clinical_rates(rate, side_of(name)))
+    steps = _first_steps(trial, np.asarray(np.isfinite(np.hstack(rates)).all(axis=1)))
+    if steps.size < _MIN_WALK_S * trial.sampling_rate_hz:
+        return None
+    thigh, shank = (rate[steps] for rate in rates)
+    turns = knee_headings(thigh, shank, trial.sampling_rate_hz, heading_sd_deg)
+    return float(turns[leg.index(segment)])
+
+
+def _first_steps(trial: Trial, there: BoolArray) -> NDArray[np.intp]:
+    """Samples of the walk from the calibration posture on, up to the first gap."""
+    time = trial.time_s
+    begin, end = trial.walking_s or (time[0], time[-1])
+    if trial.still_s:
+        posture_s = trial.still_s[0][1]
+    elif trial.starts_in_calibration_posture:
+        posture_s = time[0]
+    else:
+        return np.empty(0, dtype=np.intp)
+    if not begin - _MAX_WAIT_S <= posture_s < end:
+        return np.empty(0, dtype=np.intp)
+    samples = np.flatnonzero(
+        (time >= posture_s) & (time <= min(end, max(begin, posture_s) + _MAX_WALK_S))
+    )
+    gaps = np.flatnonzero(~there[samples])
+    return samples[: gaps[0]] if gaps.size else samples
+
+
+def knee_headings(
+    thigh_rad_s: FloatArray,
+    shank_rad_s: FloatArray,
+    sampling_rate_hz: float,
+    heading_sd_deg: tuple[float, float],
+) -> FloatArray:
+    """Find by how much thigh and shank must be turned for the knee to abduct least.
+
+    Parameters
+    ----------
+    thigh_rad_s, shank_rad_s : ndarray, shape (N, 3)
+        Rates about the clinical axes (`narx.kinematics.segment_angles.axis_rates`) in the frames
+        found so far, without bias and without a gap, rad/s, of a walk that starts in the
+        calibration posture.
+    sampling_rate_hz : float
+        Samples per second.
+    heading_sd_deg : tuple of (float, float)
+        Standard deviation of the errors of the headings of thigh and shank so far, degrees.
+
+    Returns
+    -------
+    ndarray, shape (2,)
+        Turns about z of the (mirrored) anatomical frames of thigh and shank, rad: vectors in the
+        better frame are those in the frame so far, turned by this.
+
+    Notes
+    -----
+    Least squares: the knee's abduction at 0.5-10 Hz against `ABDUCTION_DEG`, all of the walk
+    counting as one observation since its strides are alike, and both turns against
+    `heading_sd_deg`. The latter keeps a knee that does abduct with its flexion from being
+    straightened, and the answer from running along the valley in which turns of thigh and shank
+    nearly cancel.
+    """
+    every = max(1, int(sampling_rate_hz / _RATE_HZ))
+    thigh, shank = (
+        _integrated(rates, sampling_rate_hz)[::every] for rates in (thigh_rad_s, shank_rad_s)
+    )
+
+    def residual(turns_rad: FloatArray) -> FloatArray:
+        knee = grood_suntay(
+            *(
+                # the calibration posture is zero in any frame, so a turn acts on both sides
+                compose(turn, orientation, turn.inv()).as_quat(scalar_first=True)
+                for turn, orientation in zip(
+                    Rotation.from_euler("Z", turns_rad[:, None]), (thigh, shank), strict=True
+                )
+            )
+        )
+        abduction = np.degrees(walking_band(knee[:, 1:2], sampling_rate_hz / every)[:, 0])
+        return np.concatenate(
+            [
+                abduction / (ABDUCTION_DEG * np.sqrt(len(abduction))),
+                np.degrees(turns_rad) / heading_sd_deg,
+            ]
+        )
+
+    return np.asarray(least_squares(residual, np.zeros(2), diff_step=1e-3, x_scale=0.1).x)
+
+
+def _integrated(axis_rates_rad_s: FloatArray, sampling_rate_hz: float) -> Rotation:
+    """Orientation from the gyroscope alone, from a start at zero."""
+    start_up = StartUp(duration_s=np.inf)
+    begun = start_up.begin(np.zeros(3))
+    angles = start_up.run(axis_rates_rad_s, 1.0 / sampling_rate_hz, begun)
+    return Rotation.from_quat(orientation_from_angles(angles), scalar_first=True)

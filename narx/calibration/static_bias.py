@@ -1,0 +1,204 @@
+"""The gyroscope's static bias, from whatever the sensor was at rest in."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
+
+from narx.recordings.trial import Trial
+from narx.types import FloatArray
+
+# long enough to average noise and sway out, short enough that a hand on the sensor is avoided
+WINDOW_S = 5.0
+# standing sway and sensor noise stay below, movement does not (Han et al., gamma of eq. (3))
+REST_RAD_S = np.radians(10.0)
+# a sensor on a table does not turn: what exceeds this is a hand (or noise, were it not averaged)
+HANDLING_RAD_S = np.radians(2.0)
+HANDLING_MARGIN_S = 0.5
+
+
+@dataclass(frozen=True)
+class StillPart:
+    """A part in which the sensor did not turn.
+
+    Parameters
+    ----------
+    where : str
+        What it was taken from, for people.
+    bias_rad_s : ndarray, shape (3,)
+        Mean of the gyroscope in the sensor frame, rad/s.
+    unrest_rad_s : float
+        Root mean square deviation from that mean, rad/s.
+    """
+
+    where: str
+    bias_rad_s: FloatArray
+    unrest_rad_s: float
+
+
+def quietest_window(
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str, window_s: float = WINDOW_S
+) -> StillPart | None:
+    """Find the quietest window of a part that should be still.
+
+    Parameters
+    ----------
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Angular rate in the sensor frame, rad/s; samples with NaN are left out.
+    sampling_rate_hz : float
+        Samples per second.
+    where : str
+        Name of the part.
+    window_s : float
+        Length of the window, s.
+
+    Returns
+    -------
+    StillPart or None
+        Mean over the window (or over the whole part, if shorter) in which the rate varies
+        least; None without a sample.
+    """
+    rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
+    if not len(rate):
+        return None
+    length = min(len(rate), max(1, round(window_s * sampling_rate_hz)))
+    # a shifted origin keeps the difference of two running sums exact
+    origin = rate.mean(axis=0)
+    shifted = rate - origin
+    sums = np.vstack([np.zeros(6), np.cumsum(np.hstack([shifted, shifted**2]), axis=0)])
+    means = (sums[length:] - sums[:-length]) / length
+    variance = np.maximum(means[:, 3:] - means[:, :3] ** 2, 0.0).sum(axis=1)
+    best = int(np.argmin(variance))
+    return StillPart(where, means[best, :3] + origin, float(np.sqrt(variance[best])))
+
+
+def resting_mean(
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
+) -> StillPart | None:
+    """Average a recording of a sensor that lies still, but for being put down and taken up.
+
+    Parameters
+    ----------
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Angular rate in the sensor frame, rad/s; samples with NaN are left out.
+    sampling_rate_hz : float
+        Samples per second.
+    where : str
+        Name of the part.
+
+    Returns
+    -------
+    StillPart or None
+        Mean over all samples but those within `HANDLING_MARGIN_S` of a rate (averaged over a
+        tenth of a second) that is more than `HANDLING_RAD_S` off its median; None without one.
+    """
+    rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
+    if not len(rate):
+        return None
+    tenth = max(1, round(0.1 * sampling_rate_hz))
+    smooth = uniform_filter1d(rate - np.median(rate, axis=0), tenth, axis=0, mode="nearest")
+    handled = np.linalg.norm(smooth, axis=1) > HANDLING_RAD_S
+    margin = 2 * round(HANDLING_MARGIN_S * sampling_rate_hz) + 1
+    at_rest = rate[~maximum_filter1d(handled, margin)]
+    return _mean(at_rest, where) if len(at_rest) else None
+
+
+def static_bias(trial: Trial, segment: str) -> StillPart | None:
+    """Estimate the static gyroscope bias of one sensor.
+
+    Parameters
+    ----------
+    trial : Trial
+        With a ``still`` or a ``standing`` calibration recording, or `still_s`.
+    segment : str
+        Which sensor.
+
+    Returns
+    -------
+    StillPart or None
+        From the ``still`` recording, where the sensor lay at rest (`resting_mean`); without it
+        from all standing parts together; None where the trial has neither.
+
+    Notes
+    -----
+    Who stands sways, and the mean rate over a stand of length T is off by the angle between its
+    ends over T, however fine the sensor. So the whole of each part is averaged, and parts are
+    weighted by ``(T / unrest)^2``, the inverse of that error's variance.
+    """
+    recording = trial.calibration.get("still", {}).get(segment)
+    if recording is not None and recording.n_samples > 1:
+        still = resting_mean(
+            recording.gyroscope_rad_s, recording.sampling_rate_hz, "recording 'still'"
+        )
+        if still is not None:
+            return still
+    parts: list[tuple[float, StillPart]] = []
+    recording = trial.calibration.get("standing", {}).get(segment)
+    if recording is not None and recording.n_samples > 1:
+        parts += _standing_part(
+            recording.gyroscope_rad_s, recording.sampling_rate_hz, "recording 'standing'"
+        )
+    time = trial.time_s
+    for begin, end in trial.still_s:
+        inside = (time >= begin) & (time <= end)
+        parts += _standing_part(
+            trial.imus[segment].gyroscope_rad_s[inside],
+            trial.sampling_rate_hz,
+            f"still part {begin:.1f}-{end:.1f} s",
+        )
+    if not parts:
+        return None
+    # a part without any unrest is a constant signal: finite weight, and the most of all
+    weights = np.array([(length / max(part.unrest_rad_s, 1e-9)) ** 2 for length, part in parts])
+    weights /= weights.sum()
+    return StillPart(
+        " and ".join(part.where for _, part in parts),
+        np.asarray(weights @ np.array([part.bias_rad_s for _, part in parts])),
+        float(np.sqrt(weights @ np.array([part.unrest_rad_s**2 for _, part in parts]))),
+    )
+
+
+def _standing_part(
+    gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
+) -> list[tuple[float, StillPart]]:
+    """Average a stand; its length in s beside it, nothing of an empty one."""
+    rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
+    return [(len(rate) / sampling_rate_hz, _mean(rate, where))] if len(rate) else []
+
+
+def _mean(rate_rad_s: FloatArray, where: str) -> StillPart:
+    unrest = np.sqrt(rate_rad_s.var(axis=0).sum())
+    return StillPart(where, np.asarray(rate_rad_s.mean(axis=0)), float(unrest))
+
+
+def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float) -> float:
+    """Find how long sensors are at rest at the start of a recording.
+
+    Parameters
+    ----------
+    gyroscopes_rad_s : sequence of ndarray, shape (N, 3)
+        Angular rates of sensors on one clock, rad/s.
+    sampling_rate_hz : float
+        Samples per second.
+
+    Returns
+    -------
+    float
+        Time until a tenth of a second before the first sample in which any sensor turns by more
+        than 10 deg/s (averaged over a tenth of a second) beside its median over the first half
+        second; 0 without a rest.
+    """
+    first = max(1, round(0.5 * sampling_rate_hz))
+    margin = max(1, round(0.1 * sampling_rate_hz))
+    ends = []
+    for rate in gyroscopes_rad_s:
+        if not np.isfinite(rate[:first]).all(axis=1).any():
+            return 0.0
+        deviation = rate - np.nanmedian(rate[:first], axis=0)
+        # what is missing at rest does not end the rest
+        smooth = uniform_filter1d(np.nan_to_num(deviation), margin, axis=0, mode="nearest")
+        speed = np.linalg.norm(smooth, axis=1)
+        moving = np.flatnonzero(speed > REST_RAD_S)
+        ends.append(moving[0] if moving.size else len(rate))
+    return max(0.0, float((min(ends) - 1 - margin) / sampling_rate_hz))

@@ -1,0 +1,91 @@
+"""Anatomical frames from walking alone, for who did no calibration movements.
+
+Gravity gives z, in standing or over the walk; the horizontal axis about which the sensor turns most
+gives y; the way a leg swings gives its sign. A leg with a sensor on thigh and shank shows more: its
+knee (`narx.calibration.knee`).
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from narx.calibration.axes import (
+    MIN_WALK_S,
+    frame_from_left,
+    principal_horizontal_axis,
+    swing_sign,
+    up_from_gravity,
+    walking_band,
+)
+from narx.calibration.functional import standing_force
+from narx.calibration.knee import turned_by_knee
+from narx.errors import RecordingError
+from narx.recordings.trial import Trial
+from narx.types import BoolArray, FloatArray
+
+# errors of the headings that thigh and shank find each in its own walk (docs/recordings.md)
+HEADING_SD_DEG = (5.0, 10.0)
+
+
+def walking_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rotation, str]:
+    """Build the frame of one segment from a walk.
+
+    Parameters
+    ----------
+    trial : Trial
+        With a walk of a thigh or a shank; of both of a leg, where it can be had.
+    segment : str
+        Which sensor.
+    bias_rad_s : ndarray, shape (3,)
+        Its gyroscope's bias, rad/s.
+
+    Returns
+    -------
+    sensor_to_anatomical : Rotation
+        Takes vectors in the sensor frame to the anatomical frame.
+    how : str
+        What was done, for people.
+
+    Raises
+    ------
+    RecordingError
+        If the walk is too short, or does not tell forward from backward.
+    """
+    return turned_by_knee(trial, segment, bias_rad_s, _own_frame, HEADING_SD_DEG)
+
+
+def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rotation, str]:
+    standing = standing_force(trial, segment)
+    force = trial.imus[segment].accelerometer_m_s2[_walking_samples(trial)]
+    up = up_from_gravity(force if standing is None else standing, f"{trial.name}, '{segment}'")
+    walk = _walk(trial, segment, bias_rad_s)
+    if len(walk) < MIN_WALK_S * trial.sampling_rate_hz:
+        raise RecordingError(
+            f"{trial.name}: {len(walk) / trial.sampling_rate_hz:.1f} s of walking by "
+            f"'{segment}' to calibrate from, expected at least {MIN_WALK_S:g} s"
+        )
+    left = principal_horizontal_axis(walk, up)
+    sign = swing_sign(walk, left)
+    if sign == 0:
+        raise RecordingError(
+            f"{trial.name}: '{segment}' does not swing forward and back at different speeds, "
+            "so forward cannot be told from backward; is it walking?"
+        )
+    source = "mean specific force of the walk" if standing is None else "standing"
+    return frame_from_left(up, sign * left), (
+        f"walking: z from {source}, y from the principal horizontal axis at 0.5-10 Hz, "
+        "sign from the forward swing"
+    )
+
+
+def _walking_samples(trial: Trial) -> BoolArray:
+    if trial.walking_s is None:
+        return np.ones(trial.n_samples, dtype=bool)
+    begin, end = trial.walking_s
+    return np.asarray((trial.time_s >= begin) & (trial.time_s <= end))
+
+
+def _walk(trial: Trial, segment: str, bias: FloatArray) -> FloatArray:
+    # filtered as a whole, then cut, so that a short walk is not all filter transient
+    rate = walking_band(trial.imus[segment].gyroscope_rad_s - bias, trial.sampling_rate_hz)
+    walk = rate[_walking_samples(trial)]
+    return walk[np.isfinite(walk).all(axis=1)]

@@ -1,0 +1,264 @@
+"""What an experiment has once the methods have run: angles beside their reference.
+
+Tables are made from `rows`, which need every sample; figures from `Evaluated.decimated`, since
+hours at 500 Hz of every method need not stay in memory.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from narx.evaluation.agreement import agreement
+from narx.evaluation.results import COLUMNS, NAMES
+from narx.kinematics.joint_angles import grood_suntay
+from narx.kinematics.segment_angles import AXES, TRANSVERSE, orientation_from_angles
+from narx.recordings.trial import side_of
+from narx.types import BoolArray, FloatArray
+
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """Reference and estimated angles of one segment or joint in one trial.
+
+    Parameters
+    ----------
+    dataset, subject, condition, trial : str
+        Names, the source's own.
+    segment : str
+        ``thigh_right``, ``shank_left``, ``knee_right``, ...
+    sampling_rate_hz : float
+        Rate of the clock.
+    time_s : ndarray, shape (N,)
+        Clock of the trial, s.
+    reference_rad : ndarray, shape (N, 3)
+        Angles in the order of `narx.kinematics.segment_angles.AXES`; NaN where missing.
+    estimates_rad : mapping of str to ndarray, shape (N, 3)
+        The same by method.
+    scored : ndarray of bool, shape (N,)
+        Samples that count.
+    std_rad : mapping of str to ndarray, shape (N, 3)
+        Predicted standard deviation of the methods that give one.
+
+    Raises
+    ------
+    ValueError
+        If lengths differ.
+    """
+
+    dataset: str
+    subject: str
+    condition: str
+    trial: str
+    segment: str
+    sampling_rate_hz: float
+    time_s: FloatArray
+    reference_rad: FloatArray
+    estimates_rad: Mapping[str, FloatArray]
+    scored: BoolArray
+    std_rad: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = len(self.time_s)
+        angles = {"reference": self.reference_rad, **self.estimates_rad}
+        angles |= {f"standard deviation of {name}": std for name, std in self.std_rad.items()}
+        for name, array in angles.items():
+            if array.shape != (n, 3):
+                raise ValueError(f"{self.name}: {name} has shape {array.shape}, not ({n}, 3)")
+        if self.scored.shape != (n,):
+            raise ValueError(f"{self.name}: scored has shape {self.scored.shape}, not ({n},)")
+
+    @property
+    def name(self) -> str:
+        """All names in one word, for messages and titles."""
+        return "/".join((self.dataset, self.subject, self.condition, self.trial, self.segment))
+
+    def error_deg(self, method: str) -> FloatArray:
+        """Errors of a method, reference minus estimate, where they count.
+
+        Parameters
+        ----------
+        method : str
+            Key of `estimates_rad`.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Degrees; NaN where something is missing or not scored.
+        """
+        error = np.rad2deg(self.reference_rad - self.nearest(method))
+        error[~self.scored] = np.nan
+        return error
+
+    def nearest(self, method: str) -> FloatArray:
+        """Estimates of a method, whole turns taken off where that brings them to the reference.
+
+        Parameters
+        ----------
+        method : str
+            Key of `estimates_rad`.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            rad, within half a turn of the reference: an angle of 350 degrees is 10 degrees off.
+        """
+        estimate = self.estimates_rad[method]
+        turns = np.round((self.reference_rad - estimate) / _TURN)
+        return np.where(np.isfinite(turns), estimate + _TURN * turns, estimate)
+
+    def between(self, start_s: float, stop_s: float) -> "Evaluated":
+        """Cut out a piece of time.
+
+        Parameters
+        ----------
+        start_s, stop_s : float
+            From (included) and to (not included), on the trial's clock.
+
+        Returns
+        -------
+        Evaluated
+            Views of the same arrays.
+        """
+        return self._select(
+            slice(*(int(k) for k in np.searchsorted(self.time_s, (start_s, stop_s))))
+        )
+
+    def decimated(self, rate_hz: float) -> "Evaluated":
+        """Keep about `rate_hz` samples a second, for figures.
+
+        Parameters
+        ----------
+        rate_hz : float
+            Rate wanted; every k-th sample is kept, with k rounded to the nearest whole number.
+
+        Returns
+        -------
+        Evaluated
+            Copies, so that the long arrays can go. Samples are picked, not filtered: each is
+            still a true pair of reference and estimate.
+        """
+        step = max(1, round(self.sampling_rate_hz / rate_hz))
+        picked = self._select(slice(None, None, step))
+        return replace(
+            picked,
+            sampling_rate_hz=self.sampling_rate_hz / step,
+            time_s=picked.time_s.copy(),
+            reference_rad=picked.reference_rad.copy(),
+            estimates_rad={name: a.copy() for name, a in picked.estimates_rad.items()},
+            scored=picked.scored.copy(),
+            std_rad={name: a.copy() for name, a in picked.std_rad.items()},
+        )
+
+    def _select(self, part: slice) -> "Evaluated":
+        return replace(
+            self,
+            time_s=self.time_s[part],
+            reference_rad=self.reference_rad[part],
+            estimates_rad={name: a[part] for name, a in self.estimates_rad.items()},
+            scored=self.scored[part],
+            std_rad={name: a[part] for name, a in self.std_rad.items()},
+        )
+
+
+def knee(
+    thigh: Evaluated,
+    shank: Evaluated,
+    reference_wxyz: tuple[FloatArray, FloatArray] | None = None,
+) -> Evaluated:
+    """Turn the angles of thigh and shank into those of the knee between them.
+
+    Parameters
+    ----------
+    thigh, shank : Evaluated
+        Segments of one leg in one trial; methods that only one of them has are left out.
+    reference_wxyz : tuple of two ndarrays, shape (N, 4), optional
+        Reference orientations of thigh and shank (mirrored to a right leg), for walks that turn:
+        there the heading is not among the reference angles. Otherwise these are composed.
+
+    Returns
+    -------
+    Evaluated
+        Of ``knee_right`` (or left), Grood and Suntay (`narx.kinematics.joint_angles.grood_suntay`).
+        A method that does not observe the transverse axis of a segment at all is composed with a
+        heading of zero there, as Tham et al. compute the complementary filter's knee in two
+        dimensions, and the knee's transverse angle is NaN. Predicted variances of both segments add
+        up, which takes their errors as independent and the knee as nearly straight in the frontal
+        plane.
+
+    Raises
+    ------
+    ValueError
+        If the two are not of the same leg, trial and length.
+    """
+    names = ("dataset", "subject", "condition", "trial", "sampling_rate_hz")
+    different = [name for name in names if getattr(thigh, name) != getattr(shank, name)]
+    side = side_of(thigh.segment)
+    if different or side != side_of(shank.segment) or len(thigh.time_s) != len(shank.time_s):
+        raise ValueError(f"{thigh.name} and {shank.name} do not meet in a knee")
+    if reference_wxyz is None:
+        reference_wxyz = (
+            orientation_from_angles(thigh.reference_rad),
+            orientation_from_angles(shank.reference_rad),
+        )
+    estimates = {
+        method: _knee_angles(angles, shank.estimates_rad[method])
+        for method, angles in thigh.estimates_rad.items()
+        if method in shank.estimates_rad
+    }
+    return replace(
+        thigh,
+        segment="knee" if side is None else f"knee_{side}",
+        reference_rad=grood_suntay(*reference_wxyz),
+        estimates_rad=estimates,
+        scored=thigh.scored & shank.scored,
+        std_rad={
+            method: np.hypot(std, shank.std_rad[method])
+            for method, std in thigh.std_rad.items()
+            if method in shank.std_rad
+        },
+    )
+
+
+def _knee_angles(thigh_rad: FloatArray, shank_rad: FloatArray) -> FloatArray:
+    orientations, observed = [], True
+    for angles in (thigh_rad, shank_rad):
+        if np.isnan(angles[:, TRANSVERSE]).all():
+            observed = False
+            angles = angles.copy()
+            angles[:, TRANSVERSE] = 0.0
+        orientations.append(orientation_from_angles(angles))
+    angles = grood_suntay(*orientations)
+    if not observed:
+        angles[:, TRANSVERSE] = np.nan
+    return angles
+
+
+def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
+    """Compare every method with the reference, axis by axis.
+
+    Parameters
+    ----------
+    evaluated : Evaluated
+        One segment or joint in one trial.
+
+    Returns
+    -------
+    list of dict
+        A row an axis and method with the keys `COLUMNS`; an axis without a pair has
+        ``n_samples`` 0 and NaN.
+    """
+    table = []
+    for method in evaluated.estimates_rad:
+        estimate = evaluated.nearest(method)
+        for axis, name in enumerate(AXES):
+            result = agreement(
+                evaluated.reference_rad[evaluated.scored, axis], estimate[evaluated.scored, axis]
+            )
+            row = {key: getattr(evaluated, key) for key in NAMES[:5]}
+            row |= {"axis": name, "method": method, **vars(result)}
+            table.append({key: row[key] for key in COLUMNS})
+    return table

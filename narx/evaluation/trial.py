@@ -1,0 +1,123 @@
+"""Run every method over the segments of a trial and put the angles beside the reference."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from narx.calibration.calibrate import CalibratedSegment
+from narx.datasets.splits import TrialPart
+from narx.errors import MethodNotApplicableError
+from narx.evaluation.comparison import Evaluated, knee
+from narx.evaluation.workload import Workload
+from narx.inference.narx_method import NarxMethod
+from narx.method import OrientationMethod
+from narx.recordings.trial import Trial
+
+# which two segments meet in which joint
+JOINTS = {
+    "knee_right": ("thigh_right", "shank_right"),
+    "knee_left": ("thigh_left", "shank_left"),
+    "joint": ("imu1", "imu2"),
+}
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A method that a recording does not fit, and why.
+
+    Parameters
+    ----------
+    trial, segment, method, reason : str
+        Names, and the method's own words.
+    """
+
+    trial: str
+    segment: str
+    method: str
+    reason: str
+
+
+def evaluate_trial(
+    trial: Trial,
+    calibrated: Mapping[str, CalibratedSegment],
+    methods: Mapping[str, OrientationMethod],
+    part: TrialPart,
+    skip_s: float,
+    workload: Workload | None = None,
+) -> tuple[list[Evaluated], list[Refusal]]:
+    """Estimate the angles of every segment and joint of a trial by every method.
+
+    Parameters
+    ----------
+    trial : Trial
+        The whole trial; methods run over all of it.
+    calibrated : mapping of str to CalibratedSegment
+        Its segments, by name.
+    methods : mapping of str to OrientationMethod
+        By name.
+    part : TrialPart
+        Part that is scored.
+    skip_s : float
+        Time after the first sample that is not scored, because causal methods begin at zero, s.
+    workload : Workload, optional
+        Told how long each method took.
+
+    Returns
+    -------
+    evaluated : list of Evaluated
+        Segments, then joints.
+    refusals : list of Refusal
+        Methods left out.
+    """
+    since_start_s = trial.time_s - trial.time_s[0]
+    scored = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)
+    if trial.scored is not None:
+        scored &= trial.scored
+    workload = workload or Workload()
+    segments: dict[str, Evaluated] = {}
+    refusals: list[Refusal] = []
+    for name, segment in calibrated.items():
+        estimates, std = {}, {}
+        for method_name, method in methods.items():
+            try:
+                with workload.of_method(method_name):
+                    estimates[method_name] = method.estimate(segment.signals)
+            except MethodNotApplicableError as error:
+                refusals.append(Refusal(trial.name, name, method_name, str(error)))
+                continue
+            if isinstance(method, NarxMethod):
+                predicted = method.standard_deviation(segment.signals)
+                if predicted is not None:
+                    std[method_name] = predicted
+        reference = segment.reference_angles_rad
+        segments[name] = Evaluated(
+            dataset=trial.dataset,
+            subject=trial.subject,
+            condition=trial.condition,
+            trial=trial.trial,
+            segment=name,
+            sampling_rate_hz=trial.sampling_rate_hz,
+            time_s=since_start_s,
+            reference_rad=(
+                np.full((trial.n_samples, 3), np.nan) if reference is None else reference
+            ),
+            estimates_rad=estimates,
+            scored=scored,
+            std_rad=std,
+        )
+    return [*segments.values(), *_joints(segments, calibrated)], refusals
+
+
+def _joints(
+    segments: Mapping[str, Evaluated], calibrated: Mapping[str, CalibratedSegment]
+) -> Sequence[Evaluated]:
+    joints = []
+    for joint, (proximal, distal) in JOINTS.items():
+        if proximal in segments and distal in segments:
+            reference = calibrated[proximal].reference_wxyz, calibrated[distal].reference_wxyz
+            if reference[0] is None or reference[1] is None:
+                continue
+            angles = knee(segments[proximal], segments[distal], (reference[0], reference[1]))
+            joints.append(replace(angles, segment=joint))
+    return joints

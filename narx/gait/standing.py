@@ -1,0 +1,233 @@
+"""Where a recording stands still and where it walks, from one IMU."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from narx.errors import MethodNotApplicableError
+from narx.recordings.trial import GRAVITY_M_S2
+from narx.types import BoolArray, FloatArray
+
+# a sensor that is strapped on and taken off within the recording moves outside the walk, too
+_MOST_MOVEMENT_OUTSIDE = 0.25
+
+
+@dataclass(frozen=True)
+class StillThresholds:
+    """What counts as standing still (Han et al., eqs. (3) and (4)).
+
+    Parameters
+    ----------
+    gravity_fraction : float
+        Largest deviation of the accelerometer's norm from 1 g, in g (lambda_1).
+    rate_rad_s : float
+        Largest angular rate about any axis, rad/s (lambda_2: 10 degrees/s).
+    duration_s : float
+        Shortest time for which both must hold, s (lambda_3: 50 samples at 100 Hz).
+
+    Notes
+    -----
+    Eq. (3) is printed as ``1 - |norm| < lambda_1``, which lets any acceleration above 1 g pass
+    as still; ``|1 - norm| < lambda_1`` is meant.
+    """
+
+    gravity_fraction: float = 0.07
+    rate_rad_s: float = float(np.deg2rad(10.0))
+    duration_s: float = 0.5
+
+    def raised_for_shaky_legs(
+        self,
+        axis_rates_rad_s: ArrayLike,
+        specific_force_m_s2: ArrayLike,
+        sampling_rate_hz: float,
+        margin: float = 2.0,
+    ) -> "StillThresholds":
+        """Raise the thresholds above what the first second shows (Han et al., section IV).
+
+        Parameters
+        ----------
+        axis_rates_rad_s : array_like, shape (N, 3)
+            Angular rates; the recording must begin with standing.
+        specific_force_m_s2 : array_like, shape (N, 3)
+            Accelerometer.
+        sampling_rate_hz : float
+            Sampling rate.
+        margin : float
+            Times the mean deviation in the first second. The paper says 'slightly higher than
+            the average'; the peaks of a tremor that is a sinusoid are pi / 2 times its average
+            size, so anything below 1.6 would still break every run.
+
+        Returns
+        -------
+        StillThresholds
+            With no threshold below its value here.
+        """
+        first = slice(0, max(1, round(sampling_rate_hz)))
+        rate, gravity = _deviation(axis_rates_rad_s, specific_force_m_s2)
+        rate, gravity = rate[first], gravity[first]
+        there = np.isfinite(rate) & np.isfinite(gravity)
+        if not there.any():
+            return self
+        return replace(
+            self,
+            rate_rad_s=max(self.rate_rad_s, margin * float(rate[there].mean())),
+            gravity_fraction=max(self.gravity_fraction, margin * float(gravity[there].mean())),
+        )
+
+
+def _deviation(
+    axis_rates_rad_s: ArrayLike, specific_force_m_s2: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Largest rate of the three axes, and deviation of the norm from 1 g, in g."""
+    rate = np.abs(np.asarray(axis_rates_rad_s, dtype=float)).max(axis=1)
+    norm = np.linalg.norm(np.asarray(specific_force_m_s2, dtype=float), axis=1)
+    return rate, np.abs(1.0 - norm / GRAVITY_M_S2)
+
+
+def still_samples(
+    axis_rates_rad_s: ArrayLike,
+    specific_force_m_s2: ArrayLike,
+    sampling_rate_hz: float,
+    thresholds: StillThresholds | None = None,
+) -> BoolArray:
+    """Mark the samples at which the wearer stands still.
+
+    Parameters
+    ----------
+    axis_rates_rad_s : array_like, shape (N, 3)
+        Angular rates, rad/s; NaN where missing.
+    specific_force_m_s2 : array_like, shape (N, 3)
+        Accelerometer, m/s^2; NaN where missing.
+    sampling_rate_hz : float
+        Sampling rate.
+    thresholds : StillThresholds, optional
+        Default: those of Han et al.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
+        True within runs that are long enough. A missing sample is not still.
+    """
+    limits = thresholds or StillThresholds()
+    rate, gravity = _deviation(axis_rates_rad_s, specific_force_m_s2)
+    quiet = (rate < limits.rate_rad_s) & (gravity < limits.gravity_fraction)
+    return _keep_long_runs(quiet, max(1, round(limits.duration_s * sampling_rate_hz)))
+
+
+def runs(flags: BoolArray) -> list[tuple[int, int]]:
+    """List the runs of True.
+
+    Parameters
+    ----------
+    flags : ndarray of bool, shape (N,)
+        Any flags.
+
+    Returns
+    -------
+    list of (int, int)
+        First and one-past-last index of each run.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return [(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
+
+
+def _keep_long_runs(flags: BoolArray, shortest: int) -> BoolArray:
+    kept = np.zeros(len(flags), dtype=bool)
+    for begin, end in runs(flags):
+        if end - begin >= shortest:
+            kept[begin:end] = True
+    return kept
+
+
+def still_parts_s(still: BoolArray, sampling_rate_hz: float) -> tuple[tuple[float, float], ...]:
+    """Turn marked samples into intervals of time.
+
+    Parameters
+    ----------
+    still : ndarray of bool, shape (N,)
+        From `still_samples`.
+    sampling_rate_hz : float
+        Sampling rate.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Time of the first and last sample of each run, s from the first sample of all.
+    """
+    return tuple(
+        (begin / sampling_rate_hz, (end - 1) / sampling_rate_hz) for begin, end in runs(still)
+    )
+
+
+def start_and_stop(
+    axis_rates_rad_s: ArrayLike,
+    specific_force_m_s2: ArrayLike,
+    sampling_rate_hz: float,
+    thresholds: StillThresholds | None = None,
+) -> tuple[int, int] | None:
+    """Find the sample at which a walk starts (A) and stops (B) (Han et al., Fig. 5).
+
+    Parameters
+    ----------
+    axis_rates_rad_s : array_like, shape (N, 3)
+        Angular rates, rad/s; NaN where missing.
+    specific_force_m_s2 : array_like, shape (N, 3)
+        Accelerometer, m/s^2; NaN where missing.
+    sampling_rate_hz : float
+        Sampling rate.
+    thresholds : StillThresholds, optional
+        Default: those of Han et al.
+
+    Returns
+    -------
+    tuple of (int, int) or None
+        Last still sample before and first still sample after the walk; None if the recording
+        stands still from end to end.
+
+    Raises
+    ------
+    MethodNotApplicableError
+        If there is no still part before the walk, or none after it (says which, and over what
+        time it was looked for), or if what was found are pauses within a longer walk.
+
+    Notes
+    -----
+    The paper looks outwards from the middle of the recording. Here it is the middle (median) of
+    the samples that are not still, which is the same where standing before and after lasts
+    equally long, and is still inside the walk where it does not.
+    """
+    limits = thresholds or StillThresholds()
+    rates = np.asarray(axis_rates_rad_s, dtype=float)
+    force = np.asarray(specific_force_m_s2, dtype=float)
+    still = still_samples(rates, force, sampling_rate_hz, limits)
+    there = np.isfinite(rates).all(axis=1) & np.isfinite(force).all(axis=1)
+    moving = np.flatnonzero(there & ~still)
+    if not moving.size:
+        return None
+    middle = int(moving[len(moving) // 2])
+    before, after = np.flatnonzero(still[:middle]), np.flatnonzero(still[middle:])
+    wanted = (
+        f"none of {limits.duration_s:g} s with the accelerometer within "
+        f"{limits.gravity_fraction:.3g} g of 1 g and every rate below "
+        f"{np.rad2deg(limits.rate_rad_s):.3g} deg/s"
+    )
+    if not before.size:
+        raise MethodNotApplicableError(
+            f"no still part before the walk: {wanted} in the first "
+            f"{middle / sampling_rate_hz:.1f} s"
+        )
+    if not after.size:
+        raise MethodNotApplicableError(
+            f"no still part after the walk: {wanted} in the last "
+            f"{(len(rates) - 1 - middle) / sampling_rate_hz:.1f} s"
+        )
+    start, stop = int(before[-1]), middle + int(after[0])
+    outside = float(np.mean((moving < start) | (moving > stop)))
+    if outside > _MOST_MOVEMENT_OUTSIDE:
+        raise MethodNotApplicableError(
+            f"no still part before and after the walk: the nearest end at "
+            f"{start / sampling_rate_hz:.1f} s and begin at {stop / sampling_rate_hz:.1f} s, "
+            f"but {outside:.0%} of the movement lies outside, so they are pauses in it"
+        )
+    return start, stop

@@ -1,0 +1,231 @@
+"""Cadence from a thigh's or shank's sagittal gyroscope: of a whole walk, and causally.
+
+Everything here looks at one axis, the rate about the sagittal axis of a leg segment, because
+that axis carries the swing: one large positive lobe per stride. Times and frequencies are in
+physical units, so a recording may have any sampling rate.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+from scipy import fft, signal
+
+from narx.types import FloatArray
+
+# from a very slow, cautious gait (Parkinson's disease, 0.5 strides/s) to sprinting (1.7)
+STRIDE_FREQUENCY_RANGE_HZ = (0.4, 1.8)
+
+# below this RMS a leg does not walk: a third of the slowest gait's (about 0.5 rad/s)
+_MINIMUM_RMS_RAD_S = 0.15
+
+# samples per second that a stride frequency to a thousandth needs; more only take time
+_ENOUGH_HZ = 100.0
+
+
+def stride_frequency_hz(
+    sagittal_rate_rad_s: ArrayLike,
+    sampling_rate_hz: float,
+    frequency_range_hz: tuple[float, float] = STRIDE_FREQUENCY_RANGE_HZ,
+    minimum_correlation: float = 0.4,
+) -> float:
+    """Detect the stride frequency of a recording from its autocorrelation.
+
+    Parameters
+    ----------
+    sagittal_rate_rad_s : array_like, shape (N,)
+        Rate of a thigh or shank about its sagittal axis, rad/s; NaN where missing.
+    sampling_rate_hz : float
+        Sampling rate.
+    frequency_range_hz : tuple of (float, float)
+        Lowest and highest stride frequency looked for.
+    minimum_correlation : float
+        Autocorrelation that one stride must have with the next for the signal to count as
+        walking.
+
+    Returns
+    -------
+    float
+        Strides per second (half the cadence in steps per second); NaN where no walking is
+        found.
+
+    Notes
+    -----
+    The autocorrelation repeats at twice, three times ... the stride time, nearly as high; the
+    first maximum that comes within 15 % of the highest is the stride. It is taken over pairs of
+    samples that are both there, so gaps neither add nor remove periods.
+    """
+    block = max(1, int(sampling_rate_hz / _ENOUGH_HZ))
+    rate = _block_means(np.asarray(sagittal_rate_rad_s, dtype=float), block)
+    sampling_rate_hz = sampling_rate_hz / block
+    there = np.isfinite(rate)
+    shortest = sampling_rate_hz / frequency_range_hz[1]
+    longest = sampling_rate_hz / frequency_range_hz[0]
+    if there.sum() < 2 * shortest or shortest < 2:
+        return float("nan")
+    centred = np.where(there, rate - rate[there].mean(), 0.0)
+    power = float(centred @ centred) / int(there.sum())
+    if np.sqrt(power) < _MINIMUM_RMS_RAD_S:
+        return float("nan")
+    lags = np.arange(min(len(rate), int(np.ceil(longest)) + 2))
+    products = _autocorrelation(centred, len(lags))
+    pairs = len(rate) - lags if there.all() else _autocorrelation(there.astype(float), len(lags))
+    # a lag that few pairs cover says little
+    covered = pairs > 0.25 * there.sum()
+    correlation = np.where(covered, products / np.maximum(pairs, 1.0) / power, 0.0)
+    peaks, _ = signal.find_peaks(correlation)
+    peaks = peaks[(peaks >= shortest) & (peaks <= longest)]
+    if not peaks.size or correlation[peaks].max() < minimum_correlation:
+        return float("nan")
+    peak = int(peaks[correlation[peaks] >= 0.85 * correlation[peaks].max()][0])
+    return sampling_rate_hz / (peak + _parabola_vertex(correlation[peak - 1 : peak + 2]))
+
+
+def _block_means(values: FloatArray, block: int) -> FloatArray:
+    """Means of samples that follow one another; NaN where one of them is."""
+    return values[: len(values) // block * block].reshape(-1, block).mean(axis=1)
+
+
+def _autocorrelation(values: FloatArray, n_lags: int) -> FloatArray:
+    length = fft.next_fast_len(len(values) + n_lags, real=True)
+    return fft.irfft(np.abs(fft.rfft(values, length)) ** 2, length)[:n_lags]
+
+
+def _parabola_vertex(three: FloatArray) -> float:
+    """Place of the maximum of a parabola through samples at -1, 0 and 1."""
+    left, middle, right = three
+    curvature = left - 2.0 * middle + right
+    return 0.0 if curvature == 0.0 else float(0.5 * (left - right) / curvature)
+
+
+@dataclass(frozen=True)
+class StrideFrequencyTracker:
+    """Follows the stride frequency causally, one sample of the sagittal rate at a time.
+
+    A stride ends when the low-passed rate rises above half its running root mean square after
+    having been below zero: the swing of a thigh or shank is one large positive lobe, so this
+    happens once a stride. The frequency is the inverse of an exponential average of stride
+    times.
+
+    Parameters
+    ----------
+    start_frequency_hz : float
+        Answer until the first stride has been seen.
+    frequency_range_hz : tuple of (float, float)
+        Strides outside are taken for pauses or disturbances and left out.
+    low_pass_hz : float
+        Cut-off of the first-order low-pass filter before the crossing detector; it delays the
+        crossings, all by about the same time, so stride times stay right.
+    rms_time_s : float
+        Time constant of the running mean square.
+    smoothing : float
+        Weight of a new stride time in the average, in (0, 1].
+    """
+
+    start_frequency_hz: float = 0.9
+    frequency_range_hz: tuple[float, float] = STRIDE_FREQUENCY_RANGE_HZ
+    low_pass_hz: float = 3.0
+    rms_time_s: float = 3.0
+    smoothing: float = 0.3
+
+    def start(self, sampling_rate_hz: float) -> Callable[[float], float]:
+        """Begin to follow a walk.
+
+        Parameters
+        ----------
+        sampling_rate_hz : float
+            Rate at which samples will come.
+
+        Returns
+        -------
+        callable
+            ``step(sagittal_rate_rad_s) -> stride frequency in Hz``.
+        """
+        constants = self._constants(sampling_rate_hz)
+        state = self._first_state()
+
+        def step(sagittal_rate_rad_s: float) -> float:
+            nonlocal state
+            state = _track(state, sagittal_rate_rad_s, constants)
+            return 1.0 / state[2]
+
+        return step
+
+    def follow(self, sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float) -> FloatArray:
+        """Follow a whole recording; the same numbers as sample by sample.
+
+        Parameters
+        ----------
+        sagittal_rate_rad_s : array_like, shape (N,)
+            Rate about the sagittal axis, rad/s, without missing samples.
+        sampling_rate_hz : float
+            Sampling rate.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            Stride frequency in Hz that was known at each sample.
+        """
+        rate = np.ascontiguousarray(sagittal_rate_rad_s, dtype=float)
+        return _track_all(rate, self._first_state(), self._constants(sampling_rate_hz))
+
+    def _first_state(self) -> "_TrackerState":
+        return 0.0, 0.0, 1.0 / self.start_frequency_hz, np.inf, False, False
+
+    def _constants(self, sampling_rate_hz: float) -> tuple[float, ...]:
+        interval_s = 1.0 / sampling_rate_hz
+        return (
+            interval_s,
+            float(1.0 - np.exp(-2.0 * np.pi * self.low_pass_hz * interval_s)),
+            float(1.0 - np.exp(-interval_s / self.rms_time_s)),
+            1.0 / self.frequency_range_hz[1],
+            1.0 / self.frequency_range_hz[0],
+            self.smoothing,
+        )
+
+
+# low-passed rate, its mean square, stride time, time since the last crossing, whether the rate
+# has been below zero since, whether there was a stride
+_TrackerState = tuple[float, float, float, float, bool, bool]
+
+
+def _track(
+    state: _TrackerState, sagittal_rate_rad_s: float, constants: tuple[float, ...]
+) -> _TrackerState:
+    """One sample; plain arithmetic, so that it can be compiled and counted."""
+    before, mean_square, stride_s, since_s, armed, seen = state
+    interval_s, low_pass, mean_square_gain, shortest_s, longest_s, smoothing = constants
+    rate = before + low_pass * (sagittal_rate_rad_s - before)
+    mean_square = mean_square + mean_square_gain * (rate * rate - mean_square)
+    since_s = since_s + interval_s
+    if rate < 0.0:
+        return rate, mean_square, stride_s, since_s, True, seen
+    threshold_square = max(0.25 * mean_square, _MINIMUM_RMS_RAD_S * _MINIMUM_RMS_RAD_S)
+    if armed and rate * rate > threshold_square:
+        armed = False
+        # the crossing lies between the two samples
+        past = (rate - threshold_square**0.5) / max(rate - before, 1e-12)
+        past_s = interval_s * min(1.0, past)
+        lasted_s = since_s - past_s
+        since_s = past_s
+        if shortest_s <= lasted_s <= longest_s:
+            weight = smoothing if seen else 1.0
+            seen = True
+            stride_s = stride_s + weight * (lasted_s - stride_s)
+    return rate, mean_square, stride_s, since_s, armed, seen
+
+
+_track_compiled = njit(cache=True)(_track)
+
+
+@njit(cache=True)
+def _track_all(
+    rate: FloatArray, state: _TrackerState, constants: tuple[float, ...]
+) -> FloatArray:  # pragma: no cover
+    out = np.empty(len(rate))
+    for k in range(len(rate)):
+        state = _track_compiled(state, rate[k], constants)
+        out[k] = 1.0 / state[2]
+    return out

@@ -1,0 +1,309 @@
+"""From a user's own recording to three angles, with a trained network."""
+
+import os
+import warnings
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from narx.calibration.calibrate import calibrate
+from narx.calibration.static_bias import first_rest_s, quietest_window
+from narx.errors import RecordingError, UserError
+from narx.inference.clock_conversion import ClockConversion
+from narx.inference.narx_method import NarxMethod
+from narx.inference.pretrained import checkpoint_or_shipped
+from narx.kinematics.segment_angles import clinical_rates
+from narx.method import SegmentSignals
+from narx.recordings.trial import ImuRecording, Trial
+from narx.types import BoolArray, FloatArray
+
+Frame = Literal["auto", "anatomical", "walking", "sensor"]
+Side = Literal["right", "left"]
+StartPose = Literal["known", "unknown"]
+
+# a few lost samples are interpolated across, a lost part of a stride is not
+MAX_GAP_S = 0.05
+# a person who stands still sways less, and no gyroscope of today is off by more
+_MAX_UNREST_RAD_S = np.radians(2.0)
+_MAX_BIAS_RAD_S = np.radians(10.0)
+# windows that are looked for, the longer ones first: they average more noise and sway out
+_STILL_S = (5.0, 2.0, 1.0)
+# enough for the direction of gravity
+_MIN_STANDING_S = 0.5
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Angles of one segment at the recording's own sampling times.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Sampling times as recorded, s.
+    angles_rad : ndarray, shape (N, 3)
+        Sagittal (flexion +), frontal (abduction +) and transverse (internal rotation +) angle,
+        rad; NaN where the recording is missing.
+    std_rad : ndarray, shape (N, 3), or None
+        Standard deviation of the error that training expects, rad; None where it is not known.
+    bias_rad_s : ndarray, shape (3,), or None
+        Static bias that was removed, in the sensor frame, rad/s; None if none was.
+    notes : tuple of str
+        What was done to the recording, for people.
+    """
+
+    time_s: FloatArray
+    angles_rad: FloatArray
+    std_rad: FloatArray | None
+    bias_rad_s: FloatArray | None
+    notes: tuple[str, ...]
+
+
+def predict(
+    recording: ImuRecording,
+    method: NarxMethod,
+    *,
+    frame: Frame = "auto",
+    side: Side = "right",
+    start_pose: StartPose = "unknown",
+    remove_bias: bool = True,
+    still_s: tuple[float, float] | None = None,
+    where: str = "recording",
+) -> Prediction:
+    """Estimate the angles of a segment from its recording.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        Sensor on the segment; sampling times regular or not, accelerometer NaN if there is none.
+    method : NarxMethod
+        Trained network.
+    frame : {"auto", "anatomical", "walking", "sensor"}
+        ``anatomical``: the sensor's axes are the segment's, x forward, y to the left, z up.
+        ``walking``: the sensor sits anyhow on a thigh or shank; up comes from the accelerometer,
+        forward from the swing of the leg, so there must be some steps
+        (`narx.calibration.calibrate`). ``sensor``: the sensor's axes, turned the shortest way so
+        that z is up at the start. ``auto``: walking where there is an accelerometer, else
+        anatomical.
+    side : {"right", "left"}
+        Leg; decides the signs of abduction and internal rotation.
+    start_pose : {"known", "unknown"}
+        ``known``: the first sample is upright standing, where all angles are zero; they keep
+        that zero. ``unknown``: angles swing about zero once the start-up is over.
+    remove_bias : bool
+        Whether the gyroscope's static bias is removed.
+    still_s : tuple of (float, float), optional
+        Part in which the sensor was at rest, s on the recording's clock: its mean rate is the
+        bias. Without it, the quietest 5, 2 or 1 s are taken, the first of these that is quiet
+        (unrest below 2 deg/s, mean below 10 deg/s); else the bias stays in, and a note says so.
+    where : str
+        Name of the recording, for messages.
+
+    Returns
+    -------
+    Prediction
+        Angles at the recording's sampling times.
+
+    Raises
+    ------
+    UserError
+        If a choice is unknown, or the recording lacks what it needs.
+
+    Notes
+    -----
+    The recording is brought to a uniform clock at its own median rate and the angles back to its
+    sampling times, both by cubic splines. Gaps of up to 50 ms are interpolated across; in longer
+    ones the network pauses, and the angles go on from where they were.
+    """
+    _check("frame", frame, Frame)
+    _check("side", side, Side)
+    _check("start_pose", start_pose, StartPose)
+    conversion = ClockConversion(recording.time_s, MAX_GAP_S, where)
+    rate_hz = conversion.sampling_rate_hz
+    bias, bias_note = _bias(recording, remove_bias, still_s, where)
+    corrected = recording.gyroscope_rad_s - (0.0 if bias is None else bias)
+    gyroscope = conversion.to_clock(corrected)
+    if not np.isfinite(gyroscope).any():
+        raise RecordingError(f"{where}: no two gyroscope samples within {MAX_GAP_S:g} s")
+    has_accelerometer = bool(np.isfinite(recording.accelerometer_m_s2).all(axis=1).any())
+    if frame == "auto":
+        frame = "walking" if has_accelerometer else "anatomical"
+    if frame == "anatomical":
+        frame_note = "frame anatomical: axes taken as x forward, y left, z up"
+    elif has_accelerometer:
+        force = conversion.to_clock(recording.accelerometer_m_s2)
+        imu = ImuRecording(f"leg_{side}", conversion.clock_s, gyroscope, force)
+        to_anatomical, frame_note = _sensor_to_anatomical(imu, rate_hz, frame, start_pose, where)
+        gyroscope = to_anatomical.apply(gyroscope)
+    else:
+        raise RecordingError(
+            f"{where}: frame={frame} needs an accelerometer to tell what is up; expected its "
+            "three columns, or frame=anatomical"
+        )
+    rates = clinical_rates(gyroscope, side)
+    signals = SegmentSignals(
+        f"leg_{side}",
+        rate_hz,
+        rates,
+        np.full_like(rates, np.nan),
+        np.zeros(3) if start_pose == "known" else None,
+    )
+    there: BoolArray = np.asarray(np.isfinite(recording.gyroscope_rad_s).all(axis=1))
+    std = method.standard_deviation(signals)
+    if std is not None:
+        # a spline swings beyond a step, such as that at the end of the start-up
+        bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
+        std = np.clip(conversion.to_samples(std, there), *bounds)
+    return Prediction(
+        recording.time_s,
+        conversion.to_samples(method.estimate(signals), there),
+        std,
+        bias,
+        (f"{rate_hz:g} Hz", bias_note, frame_note),
+    )
+
+
+def angles_from_gyroscope(
+    gyroscope_rad_s: ArrayLike,
+    sampling_rate_hz: float,
+    *,
+    accelerometer_m_s2: ArrayLike | None = None,
+    frame: Frame = "auto",
+    side: Side = "right",
+    start_pose: StartPose = "unknown",
+    remove_bias: bool = True,
+    still_s: tuple[float, float] | None = None,
+    smoothing: bool = False,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> FloatArray:
+    """Turn a gyroscope's samples into the three angles of the segment that it sits on.
+
+    Parameters
+    ----------
+    gyroscope_rad_s : array_like, shape (N, 3)
+        Angular rate x, y, z in rad/s (``np.radians`` of deg/s); NaN where missing.
+    sampling_rate_hz : float
+        Samples per second; need not be the network's.
+    accelerometer_m_s2 : array_like, shape (N, 3), optional
+        Specific force x, y, z in m/s^2. Used for nothing but to find the segment's axes in the
+        sensor, so that the sensor may sit anyhow. Without it the gyroscope's axes must be the
+        segment's: x forward, y to the left, z up along it.
+    frame : {"auto", "anatomical", "walking", "sensor"}
+        How the axes are found, see `predict`; by default from walking where there is an
+        accelerometer.
+    side : {"right", "left"}
+        Leg; decides the signs of abduction and internal rotation.
+    start_pose : {"known", "unknown"}
+        ``known`` if the first sample is upright standing, where all angles are zero; they keep
+        that zero. ``unknown``: angles swing about zero.
+    remove_bias : bool
+        Whether the gyroscope's static bias is removed; False if it already is.
+    still_s : tuple of (float, float), optional
+        Part in which the sensor was at rest, s from the first sample, to take the bias from; by
+        default it is looked for, and a warning says so where there is none.
+    smoothing : bool
+        Run backwards over the recording as well: smaller errors (docs/generalisation.md), and
+        every angle then depends on what comes later.
+    checkpoint : path-like, optional
+        Network from `narx.inference.checkpoint.save`; the shipped one by default.
+
+    Returns
+    -------
+    ndarray, shape (N, 3)
+        Sagittal (flexion +), frontal (abduction +) and transverse (internal rotation +) angle
+        in rad; NaN where a sample is missing.
+
+    Raises
+    ------
+    UserError
+        If a choice is unknown, or the recording lacks what it needs.
+
+    Examples
+    --------
+    >>> angles_deg = np.degrees(angles_from_gyroscope(gyroscope_rad_s, 100.0))  # doctest: +SKIP
+    """
+    if not (np.isfinite(sampling_rate_hz) and sampling_rate_hz > 0):
+        raise UserError(f"sampling_rate_hz is {sampling_rate_hz}, expected a positive number")
+    gyroscope = np.asarray(gyroscope_rad_s, dtype=np.float64)
+    force = (
+        np.full(gyroscope.shape, np.nan)
+        if accelerometer_m_s2 is None
+        else np.asarray(accelerometer_m_s2, dtype=np.float64)
+    )
+    prediction = predict(
+        ImuRecording("segment", np.arange(len(gyroscope)) / sampling_rate_hz, gyroscope, force),
+        checkpoint_or_shipped(checkpoint).method(smoothing),
+        frame=frame,
+        side=side,
+        start_pose=start_pose,
+        remove_bias=remove_bias,
+        still_s=still_s,
+    )
+    if remove_bias and prediction.bias_rad_s is None:
+        warnings.warn(prediction.notes[1], UserWarning, stacklevel=2)
+    return prediction.angles_rad
+
+
+def _check(name: str, value: object, choices: object) -> None:
+    if value not in get_args(choices):
+        raise UserError(f"{name} is '{value}', expected one of {', '.join(get_args(choices))}")
+
+
+def _bias(
+    recording: ImuRecording, remove: bool, still_s: tuple[float, float] | None, where: str
+) -> tuple[FloatArray | None, str]:
+    if not remove:
+        return None, "static bias left in, as asked for"
+    if still_s is not None:
+        begin, end = still_s
+        inside = (recording.time_s >= begin) & (recording.time_s <= end)
+        rate = recording.gyroscope_rad_s[inside]
+        rate = rate[np.isfinite(rate).all(axis=1)]
+        if not len(rate):
+            raise RecordingError(
+                f"{where}: no gyroscope sample in still_s {begin:g}-{end:g} s; the recording "
+                f"lasts from {recording.time_s[0]:g} to {recording.time_s[-1]:g} s"
+            )
+        # all of it: what was said to be still is not searched again
+        return _removed(rate.mean(axis=0), f"{begin:g}-{end:g} s")
+    for window_s in _STILL_S:
+        part = quietest_window(
+            recording.gyroscope_rad_s, recording.sampling_rate_hz, where, window_s
+        )
+        if (
+            part is not None
+            and part.unrest_rad_s < _MAX_UNREST_RAD_S
+            and np.linalg.norm(part.bias_rad_s) < _MAX_BIAS_RAD_S
+        ):
+            return _removed(part.bias_rad_s, f"the quietest {window_s:g} s")
+    return None, (
+        f"{where}: static bias left in, no {_STILL_S[-1]:g} s without movement to take it from; "
+        "give still_s, or remove_bias=False if it is off already"
+    )
+
+
+def _removed(bias_rad_s: FloatArray, source: str) -> tuple[FloatArray, str]:
+    shown = np.degrees(bias_rad_s).round(3).tolist()
+    return bias_rad_s, f"static bias {shown} deg/s from {source} removed"
+
+
+def _sensor_to_anatomical(
+    imu: ImuRecording, rate_hz: float, mode: Literal["walking", "sensor"], start: str, where: str
+) -> tuple[Rotation, str]:
+    standing: tuple[tuple[float, float], ...] = ()
+    if start == "known":
+        rest_s = first_rest_s([imu.gyroscope_rad_s], rate_hz)
+        if rest_s < _MIN_STANDING_S:
+            raise RecordingError(
+                f"{where}: start_pose=known with frame={mode} needs the recording to begin with "
+                f"standing still, it moves after {rest_s:.2f} s, expected {_MIN_STANDING_S:g} s"
+            )
+        standing = ((float(imu.time_s[0]), float(imu.time_s[0]) + rest_s),)
+    trial = Trial("", "", "", "", rate_hz, {imu.segment: imu}, still_s=standing)
+    try:
+        calibrated = calibrate(trial, mode)[imu.segment]
+    except RecordingError as error:
+        raise RecordingError(str(error).replace(trial.name, where)) from error
+    return calibrated.sensor_to_anatomical, f"frame {calibrated.notes[1]}"

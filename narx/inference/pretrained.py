@@ -1,0 +1,40 @@
+"""The network that comes with the package, for recordings one cannot or need not train on."""
+
+import os
+from importlib import resources
+
+from narx.inference.checkpoint import Checkpoint, load
+
+
+def shipped_checkpoint() -> Checkpoint:
+    """Load the network that ships with the package.
+
+    Returns
+    -------
+    Checkpoint
+        The default network; ``docs/model_card.md`` says what it was trained on and how well it
+        does.
+    """
+    with resources.as_file(resources.files("narx.inference") / "shipped.pt") as path:
+        return load(path)
+
+
+def checkpoint_or_shipped(path: str | os.PathLike[str] | None) -> Checkpoint:
+    """Load a checkpoint, or the network that ships with the package.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        File that `narx.inference.checkpoint.save` wrote; None for the shipped network.
+
+    Returns
+    -------
+    Checkpoint
+        The network and how to run it.
+
+    Raises
+    ------
+    UserError
+        If the file is not there or not a checkpoint.
+    """
+    return shipped_checkpoint() if path is None else load(path)

@@ -1,0 +1,84 @@
+"""A slow mean taken off the network's output, so that a bias that wanders leaves nothing for long.
+
+A gyroscope's bias changes by hundredths of a degree per second within an hour, and a leak turns
+that into tenths of a degree. A walk has no such slow part of its own: the angle swings about the
+posture that the start-up found. So what the network says beyond the posture is averaged with a
+time constant of minutes, and that mean is taken off::
+
+    m_k = m_{k-1} + g (d_k - m_{k-1}),  g = interval / (washout + interval)
+    angle_k = posture + d_k - m_k
+
+with d the deviation from the posture, backward Euler of a high-pass of the first order. The mean
+is zero when the network takes over, so nothing jumps; a constant rate has no lasting effect; what
+the network feeds back to itself, and the tilt by which it couples the axes, stay as they are.
+"""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from narx.errors import UserError
+from narx.types import FloatArray
+
+# long against anything that a walk does (a turn, a slope, a rest), short against an hour
+WASHOUT_S = 300.0
+
+
+def washout_gain(washout_s: float | None, interval_s: float) -> float:
+    """Share of a sample in the slow mean.
+
+    Parameters
+    ----------
+    washout_s : float, optional
+        Time constant of the mean, s; None for no washout.
+    interval_s : float
+        Sampling interval, s.
+
+    Returns
+    -------
+    float
+        0 without washout.
+
+    Raises
+    ------
+    UserError
+        If the time constant is not positive.
+    """
+    if washout_s is None:
+        return 0.0
+    if not (isinstance(washout_s, int | float) and np.isfinite(washout_s) and washout_s > 0):
+        raise UserError(f"washout_s is {washout_s}, expected seconds above zero, or null for none")
+    return interval_s / (washout_s + interval_s)
+
+
+def wash_out(
+    angles_rad: FloatArray, posture_rad: FloatArray, gain: float, mean_rad: FloatArray
+) -> FloatArray:
+    """Take the slow mean off.
+
+    Parameters
+    ----------
+    angles_rad : ndarray, shape (N, 3)
+        Output of the network, no NaN.
+    posture_rad : ndarray, shape (3,)
+        Angle about which it swings.
+    gain : float
+        From `washout_gain`.
+    mean_rad : ndarray, shape (3,)
+        Mean deviation after the sample before, zero at first; changed in place.
+
+    Returns
+    -------
+    ndarray, shape (N, 3)
+        Angles, rad.
+    """
+    if not gain or not len(angles_rad):
+        return angles_rad
+    mean, _ = lfilter(
+        [gain],
+        [1.0, gain - 1.0],
+        angles_rad - posture_rad,
+        axis=0,
+        zi=(1.0 - gain) * mean_rad[None],
+    )
+    mean_rad[:] = mean[-1]
+    return np.asarray(angles_rad - mean)

@@ -1,0 +1,228 @@
+"""Normal equations of a fit, gathered tile by tile, so that no Jacobian is stored."""
+
+from typing import Any
+
+import numpy as np
+
+from narx.kernels.axis_tile import advance, head, linearise, predict, propagate
+from narx.kernels.gram import add_products
+from narx.kernels.lanes import INNER, JIT, njit
+from narx.kernels.transfer import (
+    TILE_COLUMNS,
+    aligned,
+    columns_for,
+    fetch_inputs,
+    fetch_outputs,
+)
+
+
+@njit(**JIT)
+def normal_equations(
+    weights: Any,
+    inputs: Any,
+    targets: Any,
+    state: Any,
+    roots: Any,
+    lengths: Any,
+    groups: Any,
+    washout: int,
+    horizon: int,
+    final: Any,
+    sums: Any,
+    shape: Any,
+    lanes: Any,
+    exact: Any,
+    recurrent: Any,
+) -> None:
+    """Add products of residuals and their derivatives to sums (K, K, 8), group after group.
+
+    weights (P, W) belong to the lanes; groups (G, W) says which sequence a lane runs, -1 none.
+    inputs (B, N, C), targets (B, N), state (B, S), roots (B,): square root of a sequence's
+    weight, lengths (B,): samples that count. Residual and derivative are zero where the target
+    is NaN. `horizon` > 0 starts again from measured outputs every so many samples; without
+    `recurrent` every sample does. final (B, S) takes the state at the end. Row P of sums is the
+    residuals'.
+    """
+    n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
+    width, n_weights = len(lanes), len(weights)
+    tile = TILE_COLUMNS // width
+    x = aligned(n_inputs, columns_for((n_in + tile) * width))
+    y = aligned(1, columns_for((n_out + tile) * width))
+    out = aligned(1, columns_for((n_out + tile) * width))
+    h = aligned(n_hidden, columns_for(tile * width))
+    feedback = aligned(n_out, columns_for(tile * width))
+    rows = aligned(len(sums), columns_for((n_out + tile) * width + 8))
+    past = np.zeros((len(sums), n_out * width))
+    root = np.zeros(tile * width)
+    since = np.zeros(width, np.int64)
+    sequence = np.zeros(width, np.int64)
+    lead = head(n_out, width)
+    for group in groups:
+        n_samples = 0
+        for lane in range(width):
+            sequence[lane] = max(group[lane], 0)
+            if group[lane] >= 0:
+                n_samples = max(n_samples, lengths[group[lane]])
+        rows[:] = 0.0
+        since[:] = n_out
+        fetch_outputs(targets, state, sequence, 0, 0, y, shape, lanes)
+        for start in range(0, n_samples, tile):
+            n = min(tile, n_samples - start)
+            fetch_inputs(inputs, state, sequence, start, n, x, shape, lanes)
+            whole = weigh(targets, roots, lengths, group, start, n, washout, root, width)
+            if recurrent is None:
+                fetch_outputs(targets, state, sequence, start, n, y, shape, lanes)
+                whole &= skip_missing(y, root, n, n_out, width)
+                predict(weights, x, y, out, h, n, shape, lanes, exact)
+                linearise(weights, x, y, h, rows, 0, lead, feedback, 0, n, shape, lanes, recurrent)
+                residuals(out, targets, sequence, start, 0, n, rows, n_weights, n_out, width)
+            else:
+                begin = 0
+                while begin < n:
+                    end = n
+                    if horizon > 0:
+                        if (start + begin) % horizon == 0 and start + begin > 0:
+                            restart(y, begin, targets, state, sequence, start, since, n_out)
+                        end = min(n, begin + horizon - (start + begin) % horizon)
+                    advance(weights, x, y, h, begin, end, shape, lanes, exact)
+                    linearise(
+                        weights, x, y, h, rows, 0, lead, feedback, begin, end, shape, lanes, True
+                    )
+                    if horizon > 0:
+                        cut(feedback, begin, end, since)
+                    propagate(rows, feedback, begin, end, shape, lanes)
+                    residuals(
+                        y, targets, sequence, start, begin, end, rows, n_weights, n_out, width
+                    )
+                    begin = end
+                for i in range(n_weights):
+                    for at in range(n_out * width):
+                        past[i, at] = rows[i, lead + (n - n_out) * width + at]
+            if not whole:
+                for i in range(n_weights + 1):
+                    for at in range(n * width):
+                        rows[i, lead + at] = rows[i, lead + at] * root[at] if root[at] > 0 else 0.0
+            stop = lead + (n * width + 7) // 8 * 8
+            rows[:, lead + n * width : stop] = 0.0
+            add_products(rows, lead, stop, sums)
+            for at in range(n_out * width):
+                for i in range(n_weights):
+                    rows[i, lead - n_out * width + at] = past[i, at]
+                y[0, at] = y[0, at + n * width]
+        if recurrent is not None:
+            finish(inputs, state, group, n_samples, y, final, shape)
+
+
+@njit(**INNER)
+def weigh(
+    targets: Any,
+    roots: Any,
+    lengths: Any,
+    group: Any,
+    start: int,
+    n: int,
+    washout: int,
+    root: Any,
+    width: Any,
+) -> bool:
+    """Set the root of each column's weight; tell whether all are one."""
+    whole = True
+    for lane in range(width):
+        q = group[lane]
+        for t in range(n):
+            k = start + t
+            weight = 0.0
+            if q >= 0 and washout <= k < lengths[q] and not np.isnan(targets[q, k]):
+                weight = roots[q]
+            root[t * width + lane] = weight
+            whole &= weight == 1.0
+    return whole
+
+
+@njit(**INNER)
+def skip_missing(y: Any, root: Any, n: int, n_out: Any, width: Any) -> bool:
+    """Take columns that look back at a missing output out of the count; tell if there is none."""
+    whole = True
+    for at in range((n_out + n) * width):
+        if np.isnan(y[0, at]):
+            y[0, at] = 0.0
+            for m in range(1, n_out + 1):
+                later = at + (m - n_out) * width
+                if 0 <= later < n * width:
+                    root[later] = 0.0
+                    whole = False
+    return whole
+
+
+@njit(**INNER)
+def residuals(
+    out: Any,
+    targets: Any,
+    sequence: Any,
+    start: int,
+    begin: int,
+    end: int,
+    rows: Any,
+    row: int,
+    n_out: Any,
+    width: Any,
+) -> None:
+    """Put output minus target into a row (NaN where the target is missing)."""
+    # one-dimensional, so that the compiler sees neighbours in memory
+    output, error = out[0, n_out * width :], rows[row, head(n_out, width) :]
+    if width == 1:
+        target = targets[sequence[0], start:]
+        for t in range(begin, end):
+            error[t] = output[t] - target[t]
+    else:
+        for t in range(begin, end):
+            for lane in range(width):
+                at = t * width + lane
+                error[at] = output[at] - targets[sequence[lane], start + t]
+
+
+@njit(**INNER)
+def restart(
+    y: Any, begin: int, targets: Any, state: Any, sequence: Any, start: int, since: Any, n_out: Any
+) -> None:
+    """Replace the lags by measured outputs, in the lanes where all of them are there."""
+    width, n_past = len(sequence), state.shape[1] - n_out
+    measured = np.empty(n_out)
+    for lane in range(width):
+        q = sequence[lane]
+        missing = False
+        for m in range(n_out):
+            k = start + begin - 1 - m
+            measured[m] = targets[q, k] if k >= 0 else state[q, n_past - k - 1]
+            missing |= np.isnan(measured[m])
+        if not missing:
+            for m in range(n_out):
+                y[0, (begin + n_out - 1 - m) * width + lane] = measured[m]
+            since[lane] = 0
+
+
+@njit(**INNER)
+def cut(feedback: Any, begin: int, end: int, since: Any) -> None:
+    """Clear what comes through outputs that were measured, not computed."""
+    width = len(since)
+    for lane in range(width):
+        for t in range(begin, end):
+            for m in range(since[lane], len(feedback)):
+                feedback[m, t * width + lane] = 0.0
+            since[lane] += 1
+
+
+@njit(**INNER)
+def finish(inputs: Any, state: Any, group: Any, n: int, y: Any, final: Any, shape: Any) -> None:
+    """Collect the state after sample `n` of each sequence of a group."""
+    n_inputs, n_in, n_out = len(shape[1]), len(shape[2]), len(shape[3])
+    width, n_past = len(group), n_inputs * (n_in - 1)
+    for lane in range(width):
+        q = group[lane]
+        if q < 0:
+            continue
+        for i in range(n_past):
+            k, c = n - 1 - i // n_inputs, i % n_inputs
+            final[q, i] = inputs[q, k, c] if k >= 0 else state[q, (-k - 1) * n_inputs + c]
+        for m in range(n_out):
+            final[q, n_past + m] = y[0, (n_out - 1 - m) * width + lane]

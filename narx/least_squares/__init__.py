@@ -1,1 +1,0 @@
-"""Least-squares problems of NARX networks, for `narx.levenberg_marquardt`."""

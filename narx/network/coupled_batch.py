@@ -1,0 +1,149 @@
+"""Sequences of three coupled axes in the form that the kernels take."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from torch import Tensor
+
+from narx.kernels.coupled_loop import run
+from narx.kernels.coupled_normal import coupled_sensitivities
+from narx.kernels.lanes import SCALAR, VECTOR
+from narx.kernels.threads import in_threads
+from narx.network.kernel_arrays import EXACT, flat, in_lanes, kernel_shape, lanes_for
+from narx.network.structure import NarxStructure, Tanh
+from narx.types import FloatArray
+
+_NO_JACOBIAN = np.empty((0, 0, 3, 0))
+
+
+def flat_sets(weights: Tensor) -> FloatArray:
+    """Bring weights (P,) or (3, P) into the shape (1, sets, P)."""
+    return flat(weights, 1)[None]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the outputs are compared with, as arrays.
+
+    targets (B, N, 3): normalised outputs, NaN where there are none; with `given` the residuals
+    themselves. roots (B,): root of each sequence's weight. lengths (B,): samples that count.
+    """
+
+    targets: FloatArray
+    roots: FloatArray | None = None
+    lengths: NDArray[np.int64] | None = None
+    washout: int = 0
+    n_axes: int = 3
+    offset_free: bool = False
+    given: bool = False
+
+
+class CoupledBatch:
+    """Rates (..., N, 3), states (..., 3, S) and postures (..., 3) as flat arrays."""
+
+    def __init__(
+        self,
+        rates: Tensor,
+        state: Tensor,
+        posture: Tensor,
+        rate_scale: Tensor,
+        angle_scale: Tensor,
+        structure: NarxStructure,
+        tanh: Tanh,
+    ) -> None:
+        self.rates, self.state, self.posture = flat(rates, 2), flat(state, 2), flat(posture, 1)
+        self.angle_scale = flat(angle_scale.expand(3), 1).reshape(3)
+        rate_factor = 1.0 / flat(rate_scale.expand(3), 1).reshape(3)
+        self.scales = np.concatenate([rate_factor, self.angle_scale])
+        self.shape, self.exact = kernel_shape(structure), EXACT[tanh]
+
+    def run(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Angles (B, N, 3) and final states (B, 3, S) with weights (B or 1, sets, P)."""
+        angles, final = np.empty_like(self.rates), np.empty_like(self.state)
+        lanes = lanes_for(len(angles))
+
+        def part(first: int, last: int) -> None:
+            run(
+                weights, self.rates, self.state, self.posture, self.scales, first, last,
+                angles, final, self.shape, lanes, self.exact,
+            )  # fmt: skip
+
+        in_threads(part, len(angles), len(lanes))
+        return angles, final
+
+    def products(
+        self, weights: FloatArray, wanted: Wanted
+    ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
+        """Products of residuals and derivatives, for each row of weights (R, sets, P).
+
+        Returns products (R, 3 axes, K, K), lower triangle, row sets * P the residuals', all in
+        normalised outputs; counts of residuals (B, 3); final states (B, 3, S) of the last row.
+        """
+        n_sequences, n_restarts = len(self.rates), len(weights)
+        n_rows = weights[0].size // 4 * 4 + 4
+        counts = np.zeros((n_sequences, 3), dtype=np.int64)
+        final = np.empty_like(self.state)
+        if n_restarts == 1:  # sequences in step
+            lanes = lanes_for(n_sequences)
+            groups = in_lanes(n_sequences, len(lanes))[:, None, :, None]
+            groups = np.concatenate([groups, np.zeros_like(groups)], axis=-1)
+        else:  # restarts in step, one sequence after another
+            lanes = VECTOR
+            restarts = in_lanes(n_restarts, len(lanes))
+            groups = np.empty((len(restarts), n_sequences, len(lanes), 2), dtype=np.int64)
+            groups[..., 0] = np.arange(n_sequences)[:, None]
+            groups[..., 1] = restarts[:, None]
+            groups[groups[..., 1] < 0] = (-1, 0)
+        # sums of their own for each group: the same numbers with any number of threads
+        sums = np.zeros((len(groups), 3, n_rows, n_rows, 8))
+
+        def part(first: int, last: int) -> None:
+            for i in range(first, last):
+                self._sensitivities(weights, wanted, groups[i], sums[i], lanes, counts, final)
+
+        in_threads(part, len(groups), 1)
+        if n_restarts == 1:
+            return sums.sum(axis=(0, -1))[None], counts, final
+        by_restart = np.moveaxis(sums, -1, 1).reshape(-1, 3, n_rows, n_rows)
+        return by_restart[:n_restarts], counts, final
+
+    def jacobian(self, weights: FloatArray) -> FloatArray:
+        """Derivatives of the angles (B, N, 3, sets * P) with weights (1, sets, P), rad."""
+        n_weights = weights[0].size
+        jac = np.zeros((*self.rates.shape, n_weights))
+        groups = np.zeros((len(self.rates), 1, 1, 2), dtype=np.int64)
+        groups[:, 0, 0, 0] = np.arange(len(self.rates))
+        counts, final = np.zeros((len(jac), 3), dtype=np.int64), np.empty_like(self.state)
+        n_rows = n_weights // 4 * 4 + 4
+        wanted = Wanted(np.zeros_like(self.rates))
+
+        def part(first: int, last: int) -> None:
+            sums = np.zeros((3, n_rows, n_rows, 8))
+            for i in range(first, last):
+                self._sensitivities(weights, wanted, groups[i], sums, SCALAR, counts, final, jac)
+
+        in_threads(part, len(groups), 1)
+        return jac * self.angle_scale[:, None]
+
+    def _sensitivities(
+        self,
+        weights: FloatArray,
+        wanted: Wanted,
+        groups: NDArray[np.int64],
+        sums: FloatArray,
+        lanes: tuple[int, ...],
+        counts: NDArray[np.int64],
+        final: FloatArray,
+        jac: Any = _NO_JACOBIAN,
+    ) -> None:
+        n_sequences, n_samples = self.rates.shape[:2]
+        roots, lengths = wanted.roots, wanted.lengths
+        roots = np.ones(n_sequences) if roots is None else roots
+        lengths = np.full(n_sequences, n_samples) if lengths is None else lengths
+        coupled_sensitivities(
+            weights, self.rates, wanted.targets, self.state, self.posture, self.scales, roots,
+            lengths, groups, wanted.washout, wanted.n_axes, wanted.offset_free, wanted.given,
+            final, counts, sums, jac, self.shape, lanes, self.exact,
+        )  # fmt: skip

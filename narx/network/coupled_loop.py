@@ -1,0 +1,281 @@
+"""Three axes in closed loop, coupled by the tilt estimated so far.
+
+Before each step the gyroscope is turned into the rates of the segment's three angles (Euler
+kinematics, `narx.kinematics.segment_angles.coupled_rates`) with the angles extrapolated to its
+time: ``v_k = rates(u_k, angle_scale (2 p_{k-1} - p_{k-2}) + posture) / rate_scale`` (``p_{k-1}``
+where the network has but one past output). Three independent integrals would book the turn of a
+tilted segment as flexion. The cosine of the frontal angle is kept at 0.1 or more in magnitude,
+because the angles are singular at 90 degrees.
+"""
+
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from narx.network.cell import coupled_rates
+from narx.network.coupled_batch import CoupledBatch, Wanted, flat_sets
+from narx.network.kernel_arrays import back, flat
+from narx.network.structure import NarxStructure, Tanh
+
+
+def coupled_closed_loop(
+    weights: Tensor,
+    rates: Tensor,
+    state: Tensor | None = None,
+    posture: Tensor | None = None,
+    *,
+    rate_scale: Tensor,
+    angle_scale: Tensor,
+    structure: NarxStructure,
+    tanh: Tanh = "rational",
+) -> tuple[Tensor, Tensor]:
+    """Run one network on three coupled axes.
+
+    Compiled on the CPU, with its gradient by the weights. Where a gradient by rates, state,
+    posture or scales is asked for, and on other devices, it runs by plain torch operations,
+    hundreds of times slower.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (P,) or (3, P)
+        Flat weights, one set for all axes or a set for each.
+    rates : Tensor, shape (..., N, 3)
+        Gyroscope about the sagittal, frontal and transverse axis, rad/s.
+    state : Tensor, shape (..., 3, n_state), optional
+        Normalised state before the first sample; zero if not given.
+    posture : Tensor, shape (..., 3), optional
+        Angles at a network output of zero, rad; zero if not given.
+    rate_scale : Tensor, shape (3,)
+        Rate that is 1 to the network, rad/s.
+    angle_scale : Tensor, shape (3,)
+        Angle that an output of 1 stands for, rad.
+    structure : NarxStructure
+        Sizes of the network; one input.
+    tanh : {"rational", "exact"}
+        As in `narx.network.closed_loop.closed_loop`; for sine and cosine too.
+
+    Returns
+    -------
+    angles : Tensor, shape (..., N, 3)
+        ``angle_scale p + posture``, rad.
+    final_state : Tensor, shape (..., 3, n_state)
+        State after the last sample; where the compiled kernel runs, without a gradient.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit.
+    """
+    _check_weights(weights, structure)
+    rates, state, posture = broadcast_axes(rates, state, posture, structure)
+    others = (rates, state, posture, rate_scale, angle_scale)
+    differentiated = torch.is_grad_enabled() and any(t.requires_grad for t in others)
+    if rates.device.type != "cpu" or differentiated:
+        return coupled_closed_loop_by_torch(
+            weights,
+            rates,
+            state,
+            posture,
+            rate_scale=rate_scale,
+            angle_scale=angle_scale,
+            structure=structure,
+        )
+    angles, final = _Coupled.apply(
+        weights, rates, state, posture, rate_scale, angle_scale, structure, tanh
+    )
+    return angles, final
+
+
+def coupled_closed_loop_by_torch(
+    weights: Tensor,
+    rates: Tensor,
+    state: Tensor | None = None,
+    posture: Tensor | None = None,
+    *,
+    rate_scale: Tensor,
+    angle_scale: Tensor,
+    structure: NarxStructure,
+) -> tuple[Tensor, Tensor]:
+    """Run the coupled axes by plain torch operations, one sample after another.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (P,) or (3, P)
+        Flat weights.
+    rates : Tensor, shape (..., N, 3)
+        Gyroscope, rad/s.
+    state : Tensor, shape (..., 3, n_state), optional
+        State before the first sample; zero if not given.
+    posture : Tensor, shape (..., 3), optional
+        Angles at a network output of zero, rad.
+    rate_scale : Tensor, shape (3,)
+        Rate that is 1 to the network, rad/s.
+    angle_scale : Tensor, shape (3,)
+        Angle that an output of 1 stands for, rad.
+    structure : NarxStructure
+        Sizes of the network; one input.
+
+    Returns
+    -------
+    angles : Tensor, shape (..., N, 3)
+        Angles, rad.
+    final_state : Tensor, shape (..., 3, n_state)
+        State after the last sample.
+    """
+    _check_weights(weights, structure)
+    rates, state, posture = broadcast_axes(rates, state, posture, structure)
+    w1 = weights[..., structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
+    b1, w2, b2 = (weights[..., part] for part in (structure.b1, structure.w2, structure.b2))
+    n_past, outputs = structure.n_input_state, []
+    for sample in rates.unbind(-2):
+        ahead = state[..., n_past]
+        if structure.output_lags > 1:
+            ahead = 2.0 * ahead - state[..., n_past + 1]
+        v = coupled_rates(sample, angle_scale * ahead + posture) / rate_scale
+        x = torch.cat([v.unsqueeze(-1), state], dim=-1)
+        p = b2 + (w2 * torch.tanh((w1 * x.unsqueeze(-2)).sum(-1) + b1)).sum(-1)
+        outputs.append(angle_scale * p + posture)
+        state = torch.cat([x[..., :n_past], p.unsqueeze(-1), state[..., n_past:-1]], dim=-1)
+    if not outputs:
+        return torch.zeros_like(rates), state
+    return torch.stack(outputs, dim=-2), state
+
+
+def coupled_closed_loop_jacobian(
+    weights: Tensor,
+    rates: Tensor,
+    state: Tensor | None = None,
+    posture: Tensor | None = None,
+    *,
+    rate_scale: Tensor,
+    angle_scale: Tensor,
+    structure: NarxStructure,
+    tanh: Tanh = "rational",
+) -> tuple[Tensor, Tensor]:
+    """Run the coupled axes with the sensitivity of every angle to every weight.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (P,) or (3, P)
+        Flat weights.
+    rates : Tensor, shape (..., N, 3)
+        Gyroscope, rad/s.
+    state : Tensor, shape (..., 3, n_state), optional
+        State before the first sample; zero if not given. It does not depend on the weights.
+    posture : Tensor, shape (..., 3), optional
+        Angles at a network output of zero, rad.
+    rate_scale : Tensor, shape (3,)
+        Rate that is 1 to the network, rad/s.
+    angle_scale : Tensor, shape (3,)
+        Angle that an output of 1 stands for, rad.
+    structure : NarxStructure
+        Sizes of the network; one input.
+    tanh : {"rational", "exact"}
+        As in `coupled_closed_loop`.
+
+    Returns
+    -------
+    angles : Tensor, shape (..., N, 3)
+        Angles, rad.
+    jacobian : Tensor, shape (..., N, 3, weights.numel())
+        Derivative of the angles by the (flattened) weights, rad.
+    """
+    _check_weights(weights, structure)
+    rates, state, posture = broadcast_axes(rates, state, posture, structure)
+    angles, _ = coupled_closed_loop(
+        weights.detach(),
+        rates.detach(),
+        state.detach(),
+        posture.detach(),
+        rate_scale=rate_scale,
+        angle_scale=angle_scale,
+        structure=structure,
+        tanh=tanh,
+    )
+    batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
+    jac = batch.jacobian(flat_sets(weights))
+    return angles, back(jac, (*rates.shape, weights.numel()), rates)
+
+
+def broadcast_axes(
+    rates: Tensor, state: Tensor | None, posture: Tensor | None, structure: NarxStructure
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Check last dimensions and expand the leading ones; what is missing is zero.
+
+    Parameters
+    ----------
+    rates : Tensor, shape (..., N, 3)
+        Gyroscope.
+    state : Tensor, shape (..., 3, n_state), or None
+        State before the first sample.
+    posture : Tensor, shape (..., 3), or None
+        Angles at a network output of zero.
+    structure : NarxStructure
+        Sizes of the network; one input.
+
+    Returns
+    -------
+    rates, state, posture : Tensor
+        With the same leading dimensions.
+
+    Raises
+    ------
+    ValueError
+        If a shape does not fit.
+    """
+    if structure.n_inputs != 1:
+        raise ValueError(f"n_inputs is {structure.n_inputs}, expected 1: the rate of each axis")
+    if rates.ndim < 2 or rates.shape[-1] != 3:
+        raise ValueError(f"rates {tuple(rates.shape)}, expected (..., N, 3)")
+    state = rates.new_zeros(3, structure.n_state) if state is None else state
+    posture = rates.new_zeros(3) if posture is None else posture
+    lead = np.broadcast_shapes(rates.shape[:-2], state.shape[:-2], posture.shape[:-1])
+    return (
+        rates.expand(*lead, *rates.shape[-2:]),
+        state.expand(*lead, 3, structure.n_state),
+        posture.expand(*lead, 3),
+    )
+
+
+def _check_weights(weights: Tensor, structure: NarxStructure) -> None:
+    n = structure.n_weights
+    if weights.shape not in ((n,), (3, n)):
+        raise ValueError(f"weights {tuple(weights.shape)}, expected ({n},) or (3, {n})")
+
+
+class _Coupled(torch.autograd.Function):
+    """The coupled recurrences on the CPU."""
+
+    @staticmethod
+    def forward(
+        ctx: Any,
+        weights: Tensor,
+        rates: Tensor,
+        state: Tensor,
+        posture: Tensor,
+        rate_scale: Tensor,
+        angle_scale: Tensor,
+        structure: NarxStructure,
+        tanh: Tanh,
+    ) -> tuple[Tensor, Tensor]:
+        batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
+        angles, last = batch.run(flat_sets(weights))
+        final = back(last, state.shape, rates)
+        ctx.save_for_backward(weights)
+        ctx.batch = batch
+        ctx.mark_non_differentiable(final)
+        return back(angles, rates.shape, rates), final
+
+    @staticmethod
+    @torch.autograd.function.once_differentiable
+    def backward(ctx: Any, d_angles: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
+        weights: Tensor
+        (weights,) = ctx.saved_tensors
+        # the products of the derivatives with d_angles in the place of the residuals
+        batch: CoupledBatch = ctx.batch
+        wanted = Wanted(flat(d_angles, 2), given=True)
+        products = batch.products(flat_sets(weights), wanted)[0]
+        gradient = batch.angle_scale @ products[0, :, weights.numel(), : weights.numel()]
+        return back(gradient, weights.shape, weights), *(None,) * 7

@@ -1,0 +1,74 @@
+"""From tensors of any batch shape to the flat float64 arrays that the kernels take."""
+
+from functools import lru_cache
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from narx.kernels.lanes import SCALAR, VECTOR, length
+from narx.network.structure import NarxStructure
+from narx.types import FloatArray
+
+# what the kernels specialise on: None is the type that says no
+EXACT = {"rational": None, "exact": True}
+
+
+@lru_cache
+def kernel_shape(structure: NarxStructure) -> tuple[tuple[int, ...], ...]:
+    """Sizes of a network in the lengths of tuples, for the kernels to see when compiled."""
+    return tuple(length(n) for n in structure.sizes)
+
+
+def lanes_for(n_sequences: int) -> tuple[int, ...]:
+    """One sequence alone, or eight in step."""
+    return SCALAR if n_sequences == 1 else VECTOR
+
+
+def broadcast(
+    weights: Tensor, inputs: Tensor, state: Tensor | None, structure: NarxStructure
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Check last dimensions and expand the leading ones; a missing state is zero."""
+    if inputs.ndim < 2 or inputs.shape[-1] != structure.n_inputs:
+        raise ValueError(f"inputs {tuple(inputs.shape)}, expected (..., N, {structure.n_inputs})")
+    if weights.shape[-1:] != (structure.n_weights,):
+        raise ValueError(f"weights {tuple(weights.shape)}, expected (..., {structure.n_weights})")
+    if state is None:
+        state = inputs.new_zeros(structure.n_state)
+    if state.shape[-1:] != (structure.n_state,):
+        raise ValueError(f"state {tuple(state.shape)}, expected (..., {structure.n_state})")
+    # torch's own broadcast_shapes imports a package for symbols, half a second
+    lead = np.broadcast_shapes(weights.shape[:-1], inputs.shape[:-2], state.shape[:-1])
+    return (
+        weights.expand(*lead, structure.n_weights),
+        inputs.expand(*lead, *inputs.shape[-2:]),
+        state.expand(*lead, structure.n_state),
+    )
+
+
+def flat(tensor: Tensor, keep: int) -> FloatArray:
+    """Flatten all but the last `keep` dimensions into one; contiguous float64."""
+    array = tensor.detach().to(torch.float64).numpy()
+    n_rows = int(np.prod(tensor.shape[: tensor.ndim - keep], dtype=np.int64))
+    return np.ascontiguousarray(array).reshape(n_rows, *tensor.shape[tensor.ndim - keep :])
+
+
+def flat_weights(weights: Tensor) -> FloatArray:
+    """Flatten as `flat` does; weights that all sequences share stay one row."""
+    if all(s == 0 or n == 1 for n, s in zip(weights.shape[:-1], weights.stride(), strict=False)):
+        shared = weights[(0,) * (weights.ndim - 1)] if weights.numel() else weights.new_zeros(1)
+        return flat(shared, 1).reshape(1, -1)
+    return flat(weights, 1)
+
+
+def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
+    """Give an array the shape and type that the caller's tensors have."""
+    return torch.from_numpy(array).reshape(shape).to(like.dtype)
+
+
+def in_lanes(n: int, width: int) -> NDArray[np.int64]:
+    """Numbers 0 to n in rows of `width`, the last filled up with -1."""
+    numbers = np.full((-(-n // width), width), -1)
+    numbers.reshape(-1)[:n] = np.arange(n)
+    return numbers

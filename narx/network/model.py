@@ -1,0 +1,240 @@
+"""The NARX network as a torch module: rates in rad/s in, angles in rad out, normalised inside."""
+
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from narx.network.cell import NarxCell
+from narx.network.closed_loop import closed_loop
+from narx.network.coupled_loop import coupled_closed_loop
+from narx.network.normalisation import Normalisation
+from narx.network.structure import NarxStructure
+
+FORMAT = 1
+
+
+class Narx(nn.Module):
+    """One small recurrent network, run in closed loop on all three axes of a segment.
+
+    ``p_k = b2 + w2 . tanh(W1 (v_k, v_{k-1}, p_{k-1}, p_{k-2}) + b1)`` in normalised units (Tham
+    et al., eqs. (7) and (8)); by default 4 inputs, 3 tanh neurons, 1 output: 19 weights.
+
+    Parameters
+    ----------
+    sampling_rate_hz : float
+        Rate that the recurrence belongs to.
+    normalisation : Normalisation
+        Offsets and scales of rate and angle.
+    structure : NarxStructure
+        Delays and hidden neurons; one input channel per axis.
+    odd : bool
+        Keep the biases at zero: nothing in gives nothing out, and left turns mirror right turns.
+    coupled : bool
+        Turn the gyroscope's rates into rates of the angles by the tilt estimated so far; False
+        runs each axis on its own, as printed.
+
+    Attributes
+    ----------
+    weights : torch.nn.Parameter, shape (P,)
+        Flat (`NarxStructure`), float64, shared by the axes.
+
+    Raises
+    ------
+    ValueError
+        If an odd or coupled network is given a normalisation with offsets.
+    """
+
+    def __init__(
+        self,
+        sampling_rate_hz: float,
+        normalisation: Normalisation,
+        structure: NarxStructure | None = None,
+        odd: bool = True,
+        coupled: bool = True,
+    ) -> None:
+        super().__init__()
+        self.structure = structure or NarxStructure()
+        if self.structure.n_inputs != 1:
+            raise ValueError("each axis has one input, its rate")
+        offsets = normalisation.rate_offset_rad_s, normalisation.angle_offset_rad
+        if (odd or coupled) and any(offsets):
+            raise ValueError(
+                f"an odd or coupled network needs a normalisation without offsets, got {offsets}"
+            )
+        self.sampling_rate_hz = float(sampling_rate_hz)
+        self.normalisation = normalisation
+        self.odd = odd
+        self.coupled = coupled
+        self.weights = nn.Parameter(torch.zeros(self.structure.n_weights, dtype=torch.float64))
+
+    @property
+    def trainable(self) -> Tensor:
+        """Which weights training may change, shape (P,), bool."""
+        mask = torch.ones(self.structure.n_weights, dtype=torch.bool)
+        if self.odd:
+            mask[self.structure.b1] = False
+            mask[self.structure.b2] = False
+        return mask
+
+    def initial_state(
+        self,
+        angles_rad: Tensor,
+        previous_angles_rad: Tensor | None = None,
+        rates_rad_s: Tensor | None = None,
+    ) -> Tensor:
+        """Put the network into the state it would have had if it had followed an angle.
+
+        Parameters
+        ----------
+        angles_rad : Tensor, shape (..., 3)
+            Angle about the posture at the sample before the first.
+        previous_angles_rad : Tensor, shape (..., 3), optional
+            Angle one sample earlier; the same if not given. Longer delays repeat it.
+        rates_rad_s : Tensor, shape (..., 3), optional
+            Angular rate at the sample before the first; zero if not given.
+
+        Returns
+        -------
+        Tensor, shape (..., 3, n_state)
+            Normalised state.
+        """
+        scaled, structure = self.normalisation, self.structure
+        previous = angles_rad if previous_angles_rad is None else previous_angles_rad
+        outputs = torch.stack([angles_rad, *[previous] * (structure.output_lags - 1)], dim=-1)
+        rates = torch.zeros_like(angles_rad) if rates_rad_s is None else rates_rad_s
+        inputs = rates.unsqueeze(-1).expand(*rates.shape, structure.n_input_state)
+        return torch.cat(
+            [
+                (inputs - scaled.rate_offset_rad_s) / scaled.rate_scale_rad_s,
+                (outputs - scaled.angle_offset_rad) / scaled.angle_scale_rad,
+            ],
+            dim=-1,
+        )
+
+    def forward(
+        self,
+        axis_rates: Tensor,
+        state: Tensor | None = None,
+        posture: Tensor | None = None,
+        axis_scale: Tensor | None = None,
+    ) -> tuple[Tensor, Tensor]:
+        """Run in closed loop.
+
+        Parameters
+        ----------
+        axis_rates : Tensor, shape (..., N, 3)
+            Gyroscope about the clinical axes, rad/s.
+        state : Tensor, shape (..., 3, n_state), optional
+            From an earlier piece; zero if not given (Tham et al., II-B3).
+        posture : Tensor, shape (..., 3), optional
+            Angle about which the output swings, rad; zero if not given.
+        axis_scale : Tensor, shape (3,), optional
+            Amplitude of each axis relative to the trained one: its rate is divided and its
+            angle multiplied by it. One if not given.
+
+        Returns
+        -------
+        angles : Tensor, shape (..., N, 3)
+            Sagittal, frontal and transverse, rad.
+        state : Tensor, shape (..., 3, n_state)
+            To go on from.
+        """
+        scaled, structure = self.normalisation, self.structure
+        axis_rates = axis_rates.to(self.weights.dtype)
+        lead = axis_rates.shape[:-2]
+        if state is None:
+            state = axis_rates.new_zeros(*lead, 3, structure.n_state)
+        if posture is None:
+            posture = axis_rates.new_zeros(*lead, 3)
+        relative = axis_rates.new_ones(3) if axis_scale is None else axis_scale
+        if self.coupled:
+            angles, state = coupled_closed_loop(
+                self.weights,
+                axis_rates,
+                state,
+                posture,
+                rate_scale=scaled.rate_scale_rad_s * relative,
+                angle_scale=scaled.angle_scale_rad * relative,
+                structure=structure,
+            )
+            return angles, state
+        inputs = (axis_rates / relative - scaled.rate_offset_rad_s) / scaled.rate_scale_rad_s
+        outputs, state = closed_loop(
+            self.weights, inputs.transpose(-1, -2).unsqueeze(-1), state, structure=structure
+        )
+        angles = outputs.transpose(-1, -2) * scaled.angle_scale_rad + scaled.angle_offset_rad
+        return angles * relative + posture.unsqueeze(-2), state
+
+    def cell(self, axis_scale: Tensor | None = None) -> NarxCell:
+        """Return the network's single step, for streams and exports.
+
+        Parameters
+        ----------
+        axis_scale : Tensor, shape (3,), optional
+            As in `forward`.
+
+        Returns
+        -------
+        NarxCell
+            With a copy of the weights.
+        """
+        scaled, structure = self.normalisation, self.structure
+        relative = torch.ones(3, dtype=torch.float64) if axis_scale is None else axis_scale
+        return NarxCell(
+            self.weights.detach().clone(),
+            structure.hidden,
+            structure.input_lags,
+            structure.output_lags,
+            self.coupled,
+            scaled.rate_offset_rad_s * relative,
+            scaled.rate_scale_rad_s * relative,
+            scaled.angle_offset_rad * relative,
+            scaled.angle_scale_rad * relative,
+        )
+
+    def to_config(self) -> dict[str, Any]:
+        """Describe everything but the weights, for checkpoints.
+
+        Returns
+        -------
+        dict
+            Plain numbers and strings; `from_config` takes it back.
+        """
+        return {
+            "format": FORMAT,
+            "sampling_rate_hz": self.sampling_rate_hz,
+            "normalisation": vars(self.normalisation).copy(),
+            "structure": vars(self.structure).copy(),
+            "odd": self.odd,
+            "coupled": self.coupled,
+        }
+
+    @classmethod
+    def from_config(cls, config: dict[str, Any]) -> "Narx":
+        """Make a network from its description.
+
+        Parameters
+        ----------
+        config : dict
+            From `to_config`.
+
+        Returns
+        -------
+        Narx
+            With zero weights.
+
+        Raises
+        ------
+        ValueError
+            If the description is of another format.
+        """
+        if config.get("format") != FORMAT:
+            raise ValueError(f"network format {config.get('format')!r}, expected {FORMAT}")
+        return cls(
+            config["sampling_rate_hz"],
+            Normalisation(**config["normalisation"]),
+            NarxStructure(**config["structure"]),
+            config["odd"],
+            config["coupled"],
+        )

@@ -1,0 +1,264 @@
+"""What can be said of a trained network before it runs: poles, gain, contraction, bounds.
+
+The tanh bounds the output whatever happens, so a network with a pole outside the unit circle
+can still have a small training error; poles and contraction tell what the error does not.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from narx.network.model import Narx
+from narx.types import FloatArray
+
+
+@dataclass(frozen=True)
+class StabilityStatement:
+    """Stability of a network; plain numbers that go into JSON as they are.
+
+    Parameters
+    ----------
+    operating_point_rad : float or None
+        Angle at rest (rate zero), one axis alone; None if the loop does not settle.
+    poles : list of [float, float]
+        Real and imaginary parts of the poles of the loop linearised there.
+    largest_pole : float
+        Largest magnitude of the poles: stable below 1.
+    time_constant_s : float or None
+        Of that pole; None if it is not stable.
+    gain_at_zero_frequency_s : float or None
+        Angle per constant rate, rad/(rad/s): an integrator's would be infinite, a leaky one's is
+        its time constant. None if it is infinite.
+    rate_range_rad_s, angle_range_rad : float
+        Rates up to this size were tried, as far as their integral stays within this angle:
+        the training range. (A leg does not turn steadily at its peak rate.)
+    contraction_bound : float
+        Largest factor by which one step of one axis can stretch the distance of two states, in
+        the norm that fits the operating point, for any hidden activations: below 1 proves that
+        all states meet; above proves nothing.
+    contraction_ratio : float
+        Largest distance of two initial states of all axes after `contraction_s`, relative to
+        the first, over constant, oscillating and random rates within the range.
+    contraction_s : float
+        How long that was, s: eight time constants, 10 s at least, 300 s at most.
+    contracts : bool
+        The ratio is below 1 %, as eight time constants would give with room to spare.
+    output_bound_rad : float
+        No angle can exceed this, whatever the rates (about the posture).
+    excursion_rad : float
+        Largest angle at rates of ten times the range.
+    recovery_ratio : float
+        Distance from the operating point after the excursion and `contraction_s` of rest,
+        relative to the excursion.
+    recovers : bool
+        That ratio is below 1 %.
+    stable : bool
+        Poles inside the unit circle, contracting and recovering.
+    """
+
+    operating_point_rad: float | None
+    poles: list[list[float]]
+    largest_pole: float
+    time_constant_s: float | None
+    gain_at_zero_frequency_s: float | None
+    rate_range_rad_s: float
+    angle_range_rad: float
+    contraction_bound: float
+    contraction_ratio: float
+    contraction_s: float
+    contracts: bool
+    output_bound_rad: float
+    excursion_rad: float
+    recovery_ratio: float
+    recovers: bool
+    stable: bool
+
+
+_MET = 0.01
+
+
+def stability_statement(model: Narx, n_levels: int = 9, seed: int = 0) -> StabilityStatement:
+    """Examine a network at rest, within its training range, and outside.
+
+    Parameters
+    ----------
+    model : Narx
+        Trained network.
+    n_levels : int
+        Levels of constant rate, and frequencies of oscillating ones.
+    seed : int
+        Of the random rates and initial states.
+
+    Returns
+    -------
+    StabilityStatement
+        Poles, gain and bounds by formula; contraction and recovery by simulation.
+    """
+    linear = _Linearised(model)
+    scaled = model.normalisation
+    # a min_max scale is the range itself; gait peaks at about three times its RMS
+    rate_range = max(abs(scaled.rate_scale_rad_s), 3.0 * scaled.rate_rms_rad_s)
+    angle_range = min(3.0 * abs(scaled.angle_scale_rad), 1.0)
+    magnitudes = np.abs(linear.poles)
+    largest = float(magnitudes.max())
+    time_constant = None
+    if 0.0 < largest < 1.0:
+        time_constant = -1.0 / (math.log(largest) * model.sampling_rate_hz)
+    duration = min(max(8.0 * (time_constant or 40.0), 10.0), 300.0)
+    leak = 1.0 / (time_constant or duration)
+    rates = _rates(model.sampling_rate_hz, duration, rate_range, angle_range, leak, n_levels, seed)
+    ratio = _contraction(model, rates, seed)
+    excursion, recovery = _excursion(model, rates, duration)
+    gain = linear.gain()
+    contracts, recovers = ratio < _MET, recovery < _MET
+    return StabilityStatement(
+        operating_point_rad=linear.operating_point_rad,
+        poles=[[float(p.real), float(p.imag)] for p in linear.poles],
+        largest_pole=largest,
+        time_constant_s=time_constant,
+        gain_at_zero_frequency_s=gain,
+        rate_range_rad_s=float(rate_range),
+        angle_range_rad=float(angle_range),
+        contraction_bound=linear.contraction_bound(),
+        contraction_ratio=ratio,
+        contraction_s=duration,
+        contracts=contracts,
+        output_bound_rad=linear.output_bound_rad,
+        excursion_rad=excursion,
+        recovery_ratio=recovery,
+        recovers=recovers,
+        stable=bool(largest < 1.0 and contracts and recovers),
+    )
+
+
+class _Linearised:
+    """One axis at rest: ``p_k = sum b_i v_{k-i} + sum a_m p_{k-m}`` about its fixed point."""
+
+    def __init__(self, model: Narx) -> None:
+        structure, scaled = model.structure, model.normalisation
+        w = model.weights.detach().numpy()
+        self._scaled = scaled
+        self._n_out = structure.output_lags
+        self._w1 = w[structure.w1].reshape(structure.hidden, structure.n_features)
+        self._b1, self._w2, b2 = w[structure.b1], w[structure.w2], w[structure.b2]
+        n_in = structure.n_input_features
+        rest = -scaled.rate_offset_rad_s / scaled.rate_scale_rad_s
+        at_rest = self._b1 + self._w1[:, :n_in].sum(axis=1) * rest
+        feedback = self._w1[:, n_in:].sum(axis=1)
+        # |p| <= |b2| + sum |w2|, so the fixed point lies there; of several, the one nearest zero
+        self._bound = abs(b2) + np.abs(self._w2).sum()
+        grid = np.linspace(-1.0, 1.0, 20001) * self._bound
+        error = b2 + np.tanh(at_rest + grid[:, None] * feedback) @ self._w2 - grid
+        crossing = np.flatnonzero(np.diff(np.signbit(error)) | (error[:-1] == 0.0))
+        p = 0.0
+        if len(crossing):
+            p = float(grid[crossing[np.argmin(np.abs(grid[crossing]))]])
+            for _ in range(50):  # Newton, from within a grid step
+                h = np.tanh(at_rest + p * feedback)
+                slope = (self._w2 * (1 - h * h)) @ feedback - 1.0
+                if slope == 0.0:
+                    break
+                p -= float((b2 + h @ self._w2 - p) / slope)
+        h = np.tanh(at_rest + p * feedback)
+        gradient = (self._w2 * (1 - h * h)) @ self._w1
+        self._from_inputs, self._a = gradient[:n_in], gradient[n_in:]
+        self.poles = np.roots(np.concatenate([[1.0], -self._a]))
+        if len(self.poles) < self._n_out:  # np.roots leaves zeros at the origin out
+            missing = np.zeros(self._n_out - len(self.poles))
+            self.poles = np.concatenate([self.poles, missing])
+        self.operating_point_rad = p * scaled.angle_scale_rad + scaled.angle_offset_rad
+        self.output_bound_rad = float(
+            self._bound * abs(scaled.angle_scale_rad) + abs(scaled.angle_offset_rad)
+        )
+
+    def gain(self) -> float | None:
+        """Angle per constant rate, s."""
+        leak = 1.0 - self._a.sum()
+        if leak == 0.0:
+            return None
+        units = self._scaled.angle_scale_rad / self._scaled.rate_scale_rad_s
+        return float(self._from_inputs.sum() / leak * units)
+
+    def contraction_bound(self) -> float:
+        """Bound the stretch of a step for any activations.
+
+        The step's derivative is linear in the slopes 1 - h^2, each between 0 and 1, so a norm of
+        it is largest in a corner. The norm is that of the eigenvectors at the operating point.
+        """
+        n_in = self._w1.shape[1] - self._n_out
+        shift = np.eye(self._n_out, k=-1)
+
+        def companion(slopes: FloatArray) -> FloatArray:
+            matrix = shift.copy()
+            matrix[0] = (self._w2 * slopes) @ self._w1[:, n_in:]
+            return matrix
+
+        matrix = shift.copy()
+        matrix[0] = self._a
+        _, vectors = np.linalg.eig(matrix)
+        if np.linalg.cond(vectors) > 1e12:
+            vectors = np.eye(self._n_out)
+        inverse = np.linalg.inv(vectors)
+        corners = itertools.product((0.0, 1.0), repeat=len(self._w2))
+        norms = [
+            np.linalg.norm(inverse @ companion(np.array(corner)) @ vectors, 2)
+            for corner in itertools.islice(corners, 4096)
+        ]
+        return float(max(norms)) if len(self._w2) <= 12 else math.inf
+
+
+def _rates(
+    rate_hz: float,
+    duration_s: float,
+    rate_range: float,
+    angle_range: float,
+    leak: float,
+    n: int,
+    seed: int,
+) -> torch.Tensor:
+    """Constant, oscillating and random rates of three axes, (3 n, N, 3), rad/s."""
+    rng = np.random.default_rng(seed)
+    n_samples = math.ceil(duration_s * rate_hz)
+    time_s = np.arange(n_samples)[:, None] / rate_hz
+    kinds = []
+    for level in np.linspace(-1.0, 1.0, n):
+        size = min(rate_range, leak * angle_range)
+        kinds.append(np.broadcast_to(size * level * rng.choice([-1.0, 1.0], 3), (n_samples, 3)))
+    for frequency_hz in np.geomspace(0.05, min(10.0, rate_hz / 4), n):
+        size = min(rate_range, math.hypot(leak, 2 * np.pi * frequency_hz) * angle_range)
+        phase = rng.uniform(0, 2 * np.pi, 3)
+        kinds.append(size * np.sin(2 * np.pi * frequency_hz * time_s + phase))
+    # white rates: their integral, leaky or not, stays small
+    for size in np.linspace(0.0, rate_range, n):
+        kinds.append(size * np.clip(rng.standard_normal((n_samples, 3)) / 3.0, -1.0, 1.0))
+    return torch.from_numpy(np.stack(kinds))
+
+
+def _contraction(model: Narx, rates: torch.Tensor, seed: int) -> float:
+    rng = np.random.default_rng(seed)
+    shape = (2, len(rates), 3, model.structure.n_state)
+    # within +-1 in normalised units: the range of training
+    states = torch.from_numpy(rng.uniform(-1.0, 1.0, shape))
+    n_past = model.structure.n_input_state
+    first = (states[0] - states[1])[..., n_past:].abs().amax(dim=(1, 2))
+    with torch.no_grad():
+        _, one = model(rates, states[0])
+        _, other = model(rates, states[1])
+    last = (one - other)[..., n_past:].abs().amax(dim=(1, 2))
+    ratio = float((last / first).max())
+    return ratio if math.isfinite(ratio) else math.inf
+
+
+def _excursion(model: Narx, rates: torch.Tensor, duration_s: float) -> tuple[float, float]:
+    n_rest = math.ceil(duration_s * model.sampling_rate_hz)
+    with torch.no_grad():
+        away, state = model(10.0 * rates[:, : math.ceil(10.0 * model.sampling_rate_hz)])
+        after, _ = model(torch.zeros(len(rates), n_rest, 3, dtype=rates.dtype), state)
+        rest, _ = model(torch.zeros(1, n_rest, 3, dtype=rates.dtype))
+    excursion = float(away.abs().max())
+    left = float((after[:, -1] - rest[:, -1]).abs().max())
+    ratio = left / excursion if excursion > 0 else 0.0
+    return excursion, ratio if math.isfinite(ratio) else math.inf

@@ -1,0 +1,264 @@
+"""What was measured: inertial recordings and trials, checked at the door.
+
+Everything is SI and radians; a missing sample is NaN, never zero.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from narx.errors import RecordingError
+from narx.types import BoolArray, FloatArray
+
+GRAVITY_M_S2 = 9.80665
+
+
+def side_of(segment: str) -> Literal["left", "right"] | None:
+    """Tell the side of a segment from its name.
+
+    Parameters
+    ----------
+    segment : str
+        Such as ``thigh_right``, ``shank_left``, ``pelvis``.
+
+    Returns
+    -------
+    {"left", "right"} or None
+        None where the name does not end in a side.
+    """
+    if segment.endswith("_left"):
+        return "left"
+    return "right" if segment.endswith("_right") else None
+
+
+def kind_of(segment: str) -> str:
+    """Tell what a segment or joint is, whichever the leg.
+
+    Parameters
+    ----------
+    segment : str
+        Such as ``thigh_right``, ``knee_left``, ``pelvis``.
+
+    Returns
+    -------
+    str
+        The name without its side: ``thigh``, ``knee``, ``pelvis``.
+    """
+    return segment.removesuffix("_left").removesuffix("_right")
+
+
+def _checked(name: str, values: object, columns: int | None, where: str) -> FloatArray:
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    expected = 1 if columns is None else 2
+    if array.ndim != expected or (columns is not None and array.shape[1] != columns):
+        shape = "(N,)" if columns is None else f"(N, {columns})"
+        raise RecordingError(f"{where}: {name} has shape {array.shape}, expected {shape}")
+    return array
+
+
+@dataclass(frozen=True)
+class ImuRecording:
+    """One inertial sensor on one segment, in the sensor's technical frame.
+
+    Parameters
+    ----------
+    segment : str
+        ``thigh_right``, ``shank_left``, ``pelvis``, ``thigh`` (side unknown), ``imu1``, ...
+    time_s : ndarray, shape (N,)
+        Sampling times in s, strictly increasing, finite; regular or not.
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Angular rate in rad/s; NaN where missing.
+    accelerometer_m_s2 : ndarray, shape (N, 3)
+        Specific force in m/s^2 (at rest it points up); NaN where missing.
+
+    Raises
+    ------
+    RecordingError
+        If shapes differ, times do not increase, or a value is infinite.
+    """
+
+    segment: str
+    time_s: FloatArray
+    gyroscope_rad_s: FloatArray
+    accelerometer_m_s2: FloatArray
+
+    def __post_init__(self) -> None:
+        where = f"IMU '{self.segment}'"
+        time = _checked("time_s", self.time_s, None, where)
+        for name in ("gyroscope_rad_s", "accelerometer_m_s2"):
+            array = _checked(name, getattr(self, name), 3, where)
+            if len(array) != len(time):
+                raise RecordingError(
+                    f"{where}: {name} has {len(array)} samples, time_s has {len(time)}"
+                )
+            infinite = np.flatnonzero(np.isinf(array).any(axis=1))
+            if infinite.size:
+                raise RecordingError(f"{where}: {name} is infinite at sample {infinite[0]}")
+            object.__setattr__(self, name, array)
+        backwards = np.flatnonzero(~(np.diff(time) > 0))
+        if backwards.size:
+            k = int(backwards[0])
+            raise RecordingError(
+                f"{where}: time does not increase at sample {k + 1} "
+                f"({time[k]:.6g} s, then {time[k + 1]:.6g} s)"
+            )
+        object.__setattr__(self, "time_s", time)
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples."""
+        return len(self.time_s)
+
+    @property
+    def sampling_rate_hz(self) -> float:
+        """Sampling rate from the median interval, Hz; NaN below two samples."""
+        if self.n_samples < 2:
+            return float("nan")
+        return float(1.0 / np.median(np.diff(self.time_s)))
+
+
+@dataclass(frozen=True)
+class ReferenceOrientation:
+    """Orientation of a segment from an optical (or equivalent) system.
+
+    Parameters
+    ----------
+    segment : str
+        Name of the segment, as in the trial's IMUs.
+    quaternion_wxyz : ndarray, shape (N, 4)
+        Rotation from `frame` to the global frame (z up), on the trial's clock; NaN rows where
+        missing.
+    frame : {"sensor", "anatomical"}
+        Whether it is the IMU's technical frame that was tracked (markers on the sensor) or the
+        segment's anatomical frame (markers on the body).
+
+    Raises
+    ------
+    RecordingError
+        If the shape is wrong or a quaternion that is there is not of unit norm (within 1e-3).
+    """
+
+    segment: str
+    quaternion_wxyz: FloatArray
+    frame: Literal["sensor", "anatomical"]
+
+    def __post_init__(self) -> None:
+        where = f"reference of '{self.segment}'"
+        quaternion = _checked("quaternion_wxyz", self.quaternion_wxyz, 4, where)
+        norm = np.linalg.norm(quaternion, axis=1)
+        wrong = np.flatnonzero(np.isfinite(norm) & (np.abs(norm - 1.0) > 1e-3))
+        if wrong.size:
+            raise RecordingError(
+                f"{where}: quaternion {wrong[0]} has norm {norm[wrong[0]]:.4f}, expected 1"
+            )
+        object.__setattr__(self, "quaternion_wxyz", quaternion / norm[:, None])
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One recording of one person (or device) with everything that belongs to it.
+
+    Parameters
+    ----------
+    dataset, subject, condition, trial : str
+        Names, the source's own.
+    sampling_rate_hz : float
+        Rate of the uniform clock that all of `imus` and `reference` share.
+    imus : mapping of str to ImuRecording
+        By segment name, all of the same length on the same uniform clock (gaps are NaN).
+    reference : mapping of str to ReferenceOrientation
+        By segment name; empty where there is none.
+    calibration : mapping of str to mapping of str to ImuRecording
+        Extra recordings by part (``standing``, ``hip_abduction_right``, ``knee_flexion_left``,
+        ``still``: the sensor at rest anywhere, for its bias), each by segment name, each on its
+        own clock.
+    still_s : tuple of (float, float)
+        Intervals of `imus`' clock in which the wearer stood still in the calibration posture,
+        as far as the source's protocol says so.
+    straight : bool
+        Whether the walk keeps one heading, so that the transverse angle has a reference.
+    starts_in_calibration_posture : bool
+        Whether the first sample is the calibration posture (all angles zero).
+    scored : ndarray of bool, shape (N,), optional
+        Samples that the source wants scored; None means all.
+    walking_s : tuple of (float, float), optional
+        Part of the recording that is the straight walk itself, where the source knows it.
+    events : mapping of str to ndarray
+        Times in s of known events (``heel_strike_right``, ``toe_off_left``, ...).
+    clock_offset_s : mapping of str to float
+        Per segment, by how much the inertial clock lagged behind the optical one before it was
+        aligned.
+    notes : tuple of str
+        What was done to the data on the way in (misalignment removed, resampled), for people.
+    sources : mapping of str to str
+        File name to SHA-256.
+
+    Raises
+    ------
+    RecordingError
+        If lengths or clocks differ.
+    """
+
+    dataset: str
+    subject: str
+    condition: str
+    trial: str
+    sampling_rate_hz: float
+    imus: Mapping[str, ImuRecording]
+    reference: Mapping[str, ReferenceOrientation] = field(default_factory=dict)
+    calibration: Mapping[str, Mapping[str, ImuRecording]] = field(default_factory=dict)
+    still_s: tuple[tuple[float, float], ...] = ()
+    straight: bool = False
+    starts_in_calibration_posture: bool = False
+    scored: BoolArray | None = None
+    walking_s: tuple[float, float] | None = None
+    events: Mapping[str, FloatArray] = field(default_factory=dict)
+    clock_offset_s: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.imus:
+            raise RecordingError(f"{self.name}: no IMU")
+        for segment, imu in self.imus.items():
+            if imu.n_samples != self.n_samples:
+                raise RecordingError(
+                    f"{self.name}: IMU '{segment}' has {imu.n_samples} samples, "
+                    f"the trial {self.n_samples}"
+                )
+            if imu.n_samples > 1:
+                step = np.diff(imu.time_s) * self.sampling_rate_hz
+                if np.abs(step - 1.0).max() > 1e-3:
+                    raise RecordingError(
+                        f"{self.name}: IMU '{segment}' is not sampled uniformly at "
+                        f"{self.sampling_rate_hz:g} Hz"
+                    )
+        for segment, reference in self.reference.items():
+            if segment not in self.imus:
+                raise RecordingError(f"{self.name}: reference '{segment}' has no IMU")
+            if len(reference.quaternion_wxyz) != self.n_samples:
+                raise RecordingError(
+                    f"{self.name}: reference '{segment}' has "
+                    f"{len(reference.quaternion_wxyz)} samples, the trial {self.n_samples}"
+                )
+        if self.scored is not None and self.scored.shape != (self.n_samples,):
+            raise RecordingError(
+                f"{self.name}: scored has shape {self.scored.shape}, expected ({self.n_samples},)"
+            )
+
+    @property
+    def name(self) -> str:
+        """Dataset, subject, condition and trial in one word, for messages."""
+        return f"{self.dataset}/{self.subject}/{self.condition}/{self.trial}"
+
+    @property
+    def time_s(self) -> FloatArray:
+        """The clock that all sensors share, s."""
+        return next(iter(self.imus.values())).time_s
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples."""
+        return next(iter(self.imus.values())).n_samples

@@ -1,0 +1,183 @@
+"""Fit of a network to sequences: one step, several steps, or the whole of them ahead."""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from narx.kernels.axis_normal import normal_equations
+from narx.kernels.gram import fold
+from narx.kernels.lanes import VECTOR
+from narx.kernels.threads import in_threads
+from narx.network.closed_loop import closed_loop_jacobian
+from narx.network.kernel_arrays import EXACT, broadcast, flat, in_lanes, kernel_shape, lanes_for
+from narx.network.open_loop import open_loop_jacobian
+from narx.network.structure import NarxStructure, Tanh
+from narx.training.least_squares.problem import NormalEquations, as_normal_equations
+from narx.types import FloatArray
+
+
+class NetworkFit:
+    """Least squares between a network's outputs and targets, in normalised units.
+
+    Parameters
+    ----------
+    inputs : Tensor, shape (..., N, n_inputs)
+        Normalised inputs, finite (shorter sequences are padded, with NaN targets).
+    targets : Tensor, shape (..., N)
+        Normalised outputs wanted; NaN samples do not count.
+    state : Tensor, shape (..., n_state), optional
+        State before the first sample; zero if not given.
+    structure : NarxStructure
+        Sizes of the network.
+    sequence_weights : Tensor, shape (...), optional
+        Factor on the squared residuals of each sequence; 1 if not given.
+    washout : int
+        Initial samples of each sequence that do not count.
+    horizon : int, optional
+        1 is open loop: every step starts from measured outputs, and samples that look back at a
+        missing one do not count. More: start again every so many samples, where the measured
+        outputs are there. The whole sequence (closed loop) if not given.
+    tanh : {"rational", "exact"}
+        As in `narx.network.closed_loop.closed_loop`.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit or the horizon is not positive.
+    """
+
+    def __init__(
+        self,
+        inputs: Tensor,
+        targets: Tensor,
+        state: Tensor | None = None,
+        *,
+        structure: NarxStructure,
+        sequence_weights: Tensor | None = None,
+        washout: int = 0,
+        horizon: int | None = None,
+        tanh: Tanh = "rational",
+    ) -> None:
+        if horizon is not None and horizon < 1:
+            raise ValueError(f"horizon is {horizon}, expected at least 1")
+        some = inputs.new_zeros(structure.n_weights)
+        _, inputs, state = broadcast(some, inputs, state, structure)
+        self.structure, self.horizon, self.washout, self.tanh = structure, horizon, washout, tanh
+        self._lead = inputs.shape[:-2]
+        self._inputs, self._state = flat(inputs, 2), flat(state, 1)
+        self._targets = flat(targets.expand(inputs.shape[:-1]), 1)
+        self._roots = np.ones(len(self._inputs))
+        if sequence_weights is not None:
+            self._roots = np.sqrt(flat(sequence_weights.expand(self._lead), 0)).reshape(-1)
+        there = ~np.isnan(self._targets)
+        # nothing counts after the last target
+        n_samples = there.shape[1]
+        last = n_samples - np.argmax(there[:, ::-1], axis=1) if n_samples else 0
+        self._lengths = np.where(there.any(axis=1), last, 0).astype(np.int64)
+        lanes = lanes_for(len(self._inputs))
+        self._in_step = lanes, in_lanes(len(self._inputs), len(lanes))[:, None]
+        self._full = np.full(len(there), n_samples, dtype=np.int64)
+        self.n_weights = structure.n_weights
+        if horizon == 1:  # a sample counts if what it looks back at is there too
+            past = np.isnan(self._state[:, structure.n_input_state :])[:, ::-1]
+            missing = np.concatenate([past, ~there], axis=1)
+            for lag in range(1, structure.output_lags + 1):
+                first = structure.output_lags - lag
+                there &= ~missing[:, first : first + n_samples]
+        self._counted = there
+        self._counted[:, :washout] = False
+        self.n_residuals = int(np.count_nonzero(self._counted))
+
+    def products(self, weights: FloatArray) -> FloatArray:
+        """Multiply residuals and their derivatives.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (R, P)
+            Weights of each start.
+
+        Returns
+        -------
+        ndarray, shape (R, P + 1, P + 1)
+            Lower triangle of ``[J r].T @ [J r]`` of each start.
+        """
+        return self._products(weights, self._lengths)[0]
+
+    def normal_equations(self, weights: Tensor) -> NormalEquations:
+        """Reduce the fit to its normal equations.
+
+        Parameters
+        ----------
+        weights : Tensor, shape (P,)
+            Flat weights.
+
+        Returns
+        -------
+        NormalEquations
+            With the state after the last sample, unless open loop.
+        """
+        products, final = self._products(flat(weights, 1).reshape(1, -1), self._full)
+        state = None if self.horizon == 1 else final.reshape(*self._lead, -1)
+        return as_normal_equations(products[0], self.n_residuals, state)
+
+    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Compute residuals and Jacobian, open or closed loop.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (P,)
+            Weights.
+
+        Returns
+        -------
+        residuals : ndarray, shape (N,)
+            Weighted residuals that count.
+        jacobian : ndarray, shape (N, P)
+            Their derivatives.
+
+        Raises
+        ------
+        ValueError
+            If the horizon is neither one sample nor the whole sequence.
+        """
+        w, x, s = (torch.from_numpy(a) for a in (weights, self._inputs, self._state))
+        if self.horizon == 1:
+            y = torch.from_numpy(self._targets)
+            outputs, jac = open_loop_jacobian(w, x, y, s, structure=self.structure)
+        elif self.horizon is None:
+            outputs, jac = closed_loop_jacobian(w, x, s, structure=self.structure, tanh=self.tanh)
+        else:
+            raise ValueError("a Jacobian needs a horizon of one sample or of the whole sequence")
+        roots = np.broadcast_to(self._roots[:, None], self._counted.shape)[self._counted]
+        errors = (outputs.numpy() - self._targets)[self._counted]
+        return roots * errors, roots[:, None] * jac.numpy()[self._counted]
+
+    def _products(self, weights: FloatArray, lengths: np.ndarray) -> tuple[FloatArray, FloatArray]:
+        n_sequences, n_starts = len(self._inputs), len(weights)
+        n_rows = self.n_weights // 4 * 4 + 4
+        if n_starts == 1:  # sequences in step
+            lanes, groups = self._in_step
+            packed = [np.repeat(weights.T, len(lanes), axis=1)] * len(groups)
+        else:  # starts in step, one sequence after another
+            lanes = VECTOR
+            starts = in_lanes(n_starts, len(lanes))
+            packed = [np.ascontiguousarray(weights[i].T) for i in starts]
+            every = np.repeat(np.arange(n_sequences)[:, None], len(lanes), axis=1)
+            groups = np.repeat(every[None], len(starts), axis=0)
+        # sums of their own for each group: the same numbers with any number of threads
+        sums, final = np.zeros((len(groups), n_rows, n_rows, 8)), np.empty_like(self._state)
+        shape, exact = kernel_shape(self.structure), EXACT[self.tanh]
+        recurrent = None if self.horizon == 1 else True
+
+        def part(first: int, last: int) -> None:
+            for i in range(first, last):
+                normal_equations(
+                    packed[i], self._inputs, self._targets, self._state, self._roots, lengths,
+                    groups[i], self.washout, self.horizon or 0, final, sums[i],
+                    shape, lanes, exact, recurrent,
+                )  # fmt: skip
+
+        in_threads(part, len(groups), 1)
+        products = np.zeros((n_starts, self.n_weights + 1, self.n_weights + 1))
+        fold(sums, products)
+        return products, final

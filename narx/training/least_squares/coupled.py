@@ -1,0 +1,160 @@
+"""Fit of one network to three coupled axes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from torch import Tensor
+
+from narx.network.coupled_batch import CoupledBatch, Wanted
+from narx.network.coupled_loop import broadcast_axes
+from narx.network.kernel_arrays import flat
+from narx.network.structure import NarxStructure, Tanh
+from narx.training.least_squares.problem import NormalEquations, as_normal_equations
+from narx.types import BoolArray, FloatArray
+
+
+class CoupledFit:
+    """Least squares between the angles of three coupled axes and targets, in rad.
+
+    Parameters
+    ----------
+    rates : Tensor, shape (..., N, 3)
+        Gyroscope about the axes, rad/s, finite (shorter sequences are padded, with NaN targets).
+    targets : Tensor, shape (..., N, 3)
+        Angles wanted, rad; NaN samples do not count.
+    state : Tensor, shape (..., 3, n_state), optional
+        Normalised state before the first sample; zero if not given.
+    posture : Tensor, shape (..., 3), optional
+        Angles at a network output of zero, rad; zero if not given.
+    rate_scale : Tensor, shape (3,)
+        Rate that is 1 to the network, rad/s.
+    angle_scale : Tensor, shape (3,)
+        Angle that an output of 1 stands for, rad.
+    structure : NarxStructure
+        Sizes of the network; one input.
+    n_sets : int
+        1: the axes share their weights; 3: a set each.
+    axis_weights : sequence of three floats
+        Factors on the squared residuals of each axis; an axis of zero that no other depends on
+        costs no time.
+    sequence_weights : Tensor, shape (...), optional
+        Factor on the squared residuals of each sequence; 1 if not given.
+    washout : int
+        Initial samples of each sequence that do not count.
+    offset_free : bool
+        Take each sequence's mean residual off, axis by axis, before squaring.
+    tanh : {"rational", "exact"}
+        As in `narx.network.coupled_loop.coupled_closed_loop`.
+    """
+
+    def __init__(
+        self,
+        rates: Tensor,
+        targets: Tensor,
+        state: Tensor | None = None,
+        posture: Tensor | None = None,
+        *,
+        rate_scale: Tensor,
+        angle_scale: Tensor,
+        structure: NarxStructure,
+        n_sets: int = 1,
+        axis_weights: Sequence[float] = (1.0, 1.0, 1.0),
+        sequence_weights: Tensor | None = None,
+        washout: int = 0,
+        offset_free: bool = False,
+        tanh: Tanh = "rational",
+    ) -> None:
+        rates, state, posture = broadcast_axes(rates, state, posture, structure)
+        self._batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
+        self.n_sets, self.n_weights = n_sets, n_sets * structure.n_weights
+        self._lead = rates.shape[:-2]
+        batch = self._batch
+        wanted = flat(targets.expand(rates.shape), 2) - batch.posture[:, None]
+        wanted = wanted / batch.angle_scale
+        weights = np.asarray(axis_weights, dtype=np.float64)
+        self._axis_factors = weights * batch.angle_scale**2
+        there: BoolArray = ~np.isnan(wanted) & (weights > 0)
+        self._there = there
+        there[:, :washout] = False
+        n_samples = there.shape[1]
+        any_axis = np.any(there, axis=2)
+        last = n_samples - np.argmax(any_axis[:, ::-1], axis=1) if n_samples else 0
+        lengths = np.where(np.any(any_axis, axis=1), last, 0).astype(np.int64)
+        roots = None
+        if sequence_weights is not None:
+            roots = np.sqrt(flat(sequence_weights.expand(self._lead), 0)).reshape(-1)
+        n_axes = 2 if weights[2] == 0 else 3
+        self._wanted = Wanted(wanted, roots, lengths, washout, n_axes, offset_free)
+        self._wanted_to_end = Wanted(wanted, roots, None, washout, n_axes, offset_free)
+        self.n_residuals = int(np.count_nonzero(there))
+
+    def products(self, weights: FloatArray) -> FloatArray:
+        """Multiply residuals and their derivatives.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (R, P)
+            (Flattened) weights of each start.
+
+        Returns
+        -------
+        ndarray, shape (R, P + 1, P + 1)
+            Lower triangle of ``[J r].T @ [J r]`` of each start, rad^2.
+        """
+        return self._products(weights, self._wanted)[0]
+
+    def normal_equations(self, weights: Tensor) -> NormalEquations:
+        """Reduce the fit to its normal equations.
+
+        Parameters
+        ----------
+        weights : Tensor, shape (P,) or (3, P)
+            Flat weights.
+
+        Returns
+        -------
+        NormalEquations
+            By the flattened weights, with the state after the last sample.
+        """
+        products, final = self._products(flat(weights, 1).reshape(1, -1), self._wanted_to_end)
+        state = final.reshape(*self._lead, *final.shape[1:])
+        return as_normal_equations(products[0], self.n_residuals, state)
+
+    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Compute residuals and Jacobian.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (P,)
+            (Flattened) weights.
+
+        Returns
+        -------
+        residuals : ndarray, shape (N,)
+            Weighted residuals that count, rad.
+        jacobian : ndarray, shape (N, P)
+            Their derivatives.
+        """
+        batch, wanted, there = self._batch, self._wanted, self._there
+        sets = weights.reshape(1, self.n_sets, -1)
+        angles, _ = batch.run(sets)
+        errors = angles - batch.posture[:, None] - wanted.targets * batch.angle_scale
+        both = np.concatenate([batch.jacobian(sets), errors[..., None]], axis=-1)
+        both = np.where(there[..., None], both, 0.0)
+        if wanted.offset_free:
+            n = np.maximum(there.sum(axis=1, keepdims=True), 1)[..., None]
+            both = np.where(there[..., None], both - both.sum(axis=1, keepdims=True) / n, 0.0)
+        both = both * np.sqrt(self._axis_factors / batch.angle_scale**2)[:, None]
+        if wanted.roots is not None:
+            both = both * wanted.roots[:, None, None, None]
+        both = both[there]
+        return both[:, -1], both[:, :-1]
+
+    def _products(self, weights: FloatArray, wanted: Wanted) -> tuple[FloatArray, FloatArray]:
+        sets = weights.reshape(len(weights), self.n_sets, -1)
+        products, _, final = self._batch.products(sets, wanted)
+        size = self.n_weights + 1
+        # an axis that does not count may hold NaN targets only, or nothing at all
+        counts = self._axis_factors > 0
+        products = products[:, counts, :size, :size]
+        return np.einsum("a,raij->rij", self._axis_factors[counts], products), final

@@ -1,0 +1,78 @@
+"""Keep weights near those of a known good network: a ridge about them instead of about zero."""
+
+import numpy as np
+
+from narx.training.least_squares.problem import LeastSquaresProblem
+from narx.types import FloatArray
+
+
+class TowardsPrior:
+    """A least-squares problem with ``sum(strength (weights - centre)^2)`` added to its squares.
+
+    Parameters
+    ----------
+    problem : LeastSquaresProblem
+        What is to be fitted.
+    centre : ndarray, shape (P,)
+        Weights that cost nothing.
+    strength : ndarray, shape (P,)
+        Factor of each weight's squared distance, in the unit of the squared residuals.
+    """
+
+    def __init__(
+        self, problem: LeastSquaresProblem, centre: FloatArray, strength: FloatArray
+    ) -> None:
+        self._problem, self._centre, self._strength = problem, centre, strength
+
+    @property
+    def n_weights(self) -> int:
+        """Number of weights, P."""
+        return self._problem.n_weights
+
+    @property
+    def n_residuals(self) -> int:
+        """Number of residuals of the problem itself."""
+        return self._problem.n_residuals
+
+    def products(self, weights: FloatArray) -> FloatArray:
+        """Multiply residuals and their derivatives, those of the prior included.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (R, P)
+            Weights of each start.
+
+        Returns
+        -------
+        ndarray, shape (R, P + 1, P + 1)
+            Lower triangle of ``[J r].T @ [J r]`` of each start.
+        """
+        products = self._problem.products(weights).copy()
+        distance = weights - self._centre
+        diagonal = np.arange(self.n_weights)
+        products[:, diagonal, diagonal] += self._strength
+        products[:, -1, :-1] += self._strength * distance
+        products[:, -1, -1] += (self._strength * distance**2).sum(axis=1)
+        return products
+
+    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Compute residuals and Jacobian, those of the prior last.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (P,)
+            Weights.
+
+        Returns
+        -------
+        residuals : ndarray, shape (N + P,)
+            Weighted residuals.
+        jacobian : ndarray, shape (N + P, P)
+            Their derivatives.
+        """
+        residuals, jacobian = self._problem.residuals(weights)
+        root = np.sqrt(self._strength)
+        return (
+            np.concatenate([residuals, root * (weights - self._centre)]),
+            np.vstack([jacobian, np.diag(root)]),
+        )

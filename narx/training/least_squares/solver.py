@@ -1,0 +1,269 @@
+"""Levenberg-Marquardt, for one start or for many in step.
+
+The solver is put together from parts: a problem (`narx.training.least_squares`: open loop, several
+steps, closed loop, coupled axes), damping, linear solve, stopping rules and regularisation.
+Each evaluation gives cost, gradient and Gauss-Newton matrix together, so a kept step needs no
+second pass; a step that does not lower the cost is never kept.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from narx.training.least_squares.damping import Damping, damped_steps, step_by_qr
+from narx.training.least_squares.decision import CODES, RUNNING, decide
+from narx.training.least_squares.problem import LeastSquaresProblem
+from narx.training.least_squares.stopping import ResultCode, Stopping
+from narx.types import FloatArray
+
+# beyond this condition of JTJ the normal equations have lost half of what float64 holds
+_ILL_CONDITIONED = 1e13
+_HISTORY = ("cost", "damping", "gradient")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Parts of the solver.
+
+    Parameters
+    ----------
+    stopping : Stopping
+        Limits.
+    damping : Damping
+        Damping strategy.
+    linear_solve : {"cholesky", "qr", "auto"}
+        Cholesky of the normal equations, QR of the augmented system (needs the Jacobian), or QR
+        where Cholesky fails or finds the matrix ill-conditioned.
+    weight_decay : float
+        Factor of half the sum of squared weights in the cost.
+    bayesian : bool
+        Choose the weight decay by the evidence after every kept step (MacKay 1992; Foresee and
+        Hagan 1997, as MATLAB's trainbr); `weight_decay` is the first value.
+    """
+
+    stopping: Stopping = field(default_factory=Stopping)
+    damping: Damping = field(default_factory=Damping)
+    linear_solve: Literal["cholesky", "qr", "auto"] = "cholesky"
+    weight_decay: float = 0.0
+    bayesian: bool = False
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came out for R starts.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (R, P)
+        Best weights: by validation if there was one, else by cost.
+    cost : ndarray, shape (R,)
+        Half the sum of squared residuals there, regularisation left out.
+    codes : list of ResultCode
+        Why each start stopped.
+    n_evaluations : ndarray of int, shape (R,)
+        Evaluations after the first.
+    weight_decay : ndarray, shape (R,)
+        Last weight decay.
+    history : dict of str to ndarray, shape (evaluations + 1, R)
+        ``cost`` (regularised, of the weights kept so far), ``damping`` and ``gradient`` (largest
+        entry) of every iteration; NaN after a start has stopped.
+    """
+
+    weights: FloatArray
+    cost: FloatArray
+    codes: list[ResultCode]
+    n_evaluations: NDArray[np.int64]
+    weight_decay: FloatArray
+    history: dict[str, FloatArray]
+
+
+def levenberg_marquardt(
+    problem: LeastSquaresProblem,
+    weights: ArrayLike,
+    options: Options | None = None,
+    *,
+    trainable: ArrayLike | None = None,
+    validation: LeastSquaresProblem | None = None,
+    log: Callable[[dict[str, FloatArray]], None] | None = None,
+) -> Result:
+    """Minimise half a sum of squares.
+
+    Parameters
+    ----------
+    problem : LeastSquaresProblem
+        Residuals and their derivatives.
+    weights : array_like, shape (P,) or (R, P)
+        Start, or starts that are trained in step, each on its own.
+    options : Options, optional
+        Parts of the solver; defaults if not given.
+    trainable : array_like of bool, shape (P,), optional
+        Weights that may move; all if not given (odd networks hold their biases at zero).
+    validation : LeastSquaresProblem, optional
+        Held-back samples; the solver stops when the error there no longer falls and returns the
+        weights that were best there.
+    log : callable, optional
+        Told cost, damping and gradient of each iteration.
+
+    Returns
+    -------
+    Result
+        A row a start.
+    """
+    run = _Run(problem, np.atleast_2d(np.array(weights, dtype=np.float64)), options or Options())
+    free = np.arange(problem.n_weights)
+    run.free = free if trainable is None else free[np.asarray(trainable, dtype=bool)]
+    run.start()
+    for evaluation in range(1, run.options.stopping.max_evaluations + 1):
+        active = np.flatnonzero(run.codes == RUNNING)
+        if not len(active):
+            break
+        run.iterate(active, log)
+        if validation is not None and evaluation % run.options.stopping.validate_every == 0:
+            run.validate(validation)
+    if validation is not None:
+        run.validate(validation)
+    return run.result()
+
+
+class _Run:
+    """State of a minimisation: what is known at the weights kept so far."""
+
+    free: NDArray[np.int64]
+
+    def __init__(self, problem: LeastSquaresProblem, weights: FloatArray, options: Options) -> None:
+        n = len(weights)
+        self.problem, self.options, self.weights = problem, options, weights
+        self.products = np.ascontiguousarray(problem.products(weights))
+        self.decay = np.full(n, options.weight_decay)
+        self.codes = np.full(n, RUNNING)
+        self.mu, self.growth = np.full(n, options.damping.initial), np.full(n, 2.0)
+        self.mu_unit = options.damping.scale(self.products)
+        self.n_evaluations = np.zeros(n, dtype=np.int64)
+        self.history: list[FloatArray] = []
+        self.best = weights.copy()
+        self.best_cost = np.full(n, np.nan)
+        self.best_error = np.full(n, np.inf)
+        self.failures = np.zeros(n, dtype=np.int64)
+        self.validated = False
+        stopping, damping = options.stopping, options.damping
+        squares = stopping.cost * max(problem.n_residuals, 1)
+        self.stopping = (stopping.gradient, stopping.step, stopping.cost_change, squares)
+        self.damping = (damping.increase, damping.decrease, damping.smallest, damping.largest)
+
+    def start(self) -> None:
+        self.cost = self._cost(self.products, self.weights, self.decay)
+        self.codes[~np.isfinite(self.cost)] = CODES.index(ResultCode.NOT_FINITE)
+
+    def iterate(
+        self, active: NDArray[np.int64], log: Callable[[dict[str, FloatArray]], None] | None
+    ) -> None:
+        damping = self.options.damping
+        n, diagonal = len(active), damping.scaling == "diagonal"
+        trial, predicted = np.empty((n, self.weights.shape[1])), np.empty(n)
+        gradient, condition = np.full(len(self.cost), np.nan), np.empty(n)
+        mu = self.mu * self.mu_unit
+        damped_steps(
+            active, self.products, self.weights, self.free, mu, self.decay, diagonal,
+            trial, predicted, gradient, condition,
+        )  # fmt: skip
+        if self.options.linear_solve != "cholesky":
+            self._solve_by_qr(active, mu, condition, trial, predicted)
+        self._record(mu, gradient, log)
+        trial_products = np.ascontiguousarray(self.problem.products(trial))
+        self.n_evaluations[active] += 1
+        kept = np.empty(n, dtype=np.bool_)
+        decide(
+            active, trial, trial_products, predicted, gradient, self.free, self.decay,
+            self.stopping, damping.policy == "gain_ratio", self.damping,
+            self.weights, self.products, self.cost, self.mu, self.growth, self.codes, kept,
+        )  # fmt: skip
+        if self.options.bayesian and kept.any():
+            self._choose_decay(active[kept])
+
+    def _solve_by_qr(
+        self,
+        active: NDArray[np.int64],
+        mu: FloatArray,
+        condition: FloatArray,
+        trial: FloatArray,
+        predicted: FloatArray,
+    ) -> None:
+        """Replace the steps for which the normal equations are not good enough."""
+        diagonal = self.options.damping.scaling == "diagonal"
+        everywhere = self.options.linear_solve == "qr"
+        for at in np.flatnonzero(everywhere | ~(condition < _ILL_CONDITIONED)):
+            r = active[at]
+            residuals, jacobian = self.problem.residuals(self.weights[r])
+            step, predicted[at] = step_by_qr(
+                residuals, jacobian, self.weights[r], self.free, mu[r], self.decay[r], diagonal
+            )
+            trial[at] = self.weights[r] + step
+
+    def validate(self, validation: LeastSquaresProblem) -> None:
+        """Compare the weights kept so far on held-back samples."""
+        self.validated = True
+        error = validation.products(self.weights)[:, -1, -1]
+        better = error < self.best_error
+        self.best[better], self.best_error[better] = self.weights[better], error[better]
+        self.best_cost[better] = 0.5 * self.products[better, -1, -1]
+        self.failures = np.where(better, 0, self.failures + 1)
+        tired = (self.failures >= self.options.stopping.patience) & (self.codes == RUNNING)
+        self.codes[tired] = CODES.index(ResultCode.VALIDATION)
+
+    def result(self) -> Result:
+        self.codes[self.codes == RUNNING] = CODES.index(ResultCode.EVALUATIONS)
+        self.history.append(
+            np.array([self.cost, self.mu * self.mu_unit, np.full(len(self.cost), np.nan)])
+        )
+        history = np.array(self.history)
+        cost = 0.5 * self.products[:, -1, -1]
+        weights = self.weights
+        if self.validated:
+            known = np.isfinite(self.best_error)
+            weights = np.where(known[:, None], self.best, weights)
+            cost = np.where(known, self.best_cost, cost)
+        return Result(
+            weights,
+            cost,
+            [CODES[code] for code in self.codes],
+            self.n_evaluations,
+            self.decay,
+            {name: history[:, i] for i, name in enumerate(_HISTORY)},
+        )
+
+    def _cost(self, products: FloatArray, weights: FloatArray, decay: FloatArray) -> FloatArray:
+        cost = 0.5 * products[:, -1, -1]
+        if self.options.weight_decay > 0 or self.options.bayesian:
+            cost = cost + 0.5 * decay * (weights[:, self.free] ** 2).sum(axis=1)
+        return cost
+
+    def _choose_decay(self, chosen: NDArray[np.int64]) -> None:
+        """Set the weight decay where the evidence is largest (Foresee and Hagan 1997)."""
+        pick = np.ix_(chosen, self.free, self.free)
+        matrix = self.products[pick]
+        matrix = np.tril(matrix) + np.tril(matrix, -1).transpose(0, 2, 1)
+        decay, n_free = self.decay[chosen], len(self.free)
+        inverse = np.linalg.pinv(matrix + decay[:, None, None] * np.eye(n_free), hermitian=True)
+        effective = n_free - decay * np.trace(inverse, axis1=1, axis2=2)
+        squares = (self.weights[chosen][:, self.free] ** 2).sum(axis=1)
+        errors = self.products[chosen, -1, -1]
+        rest = np.maximum(self.problem.n_residuals - effective, 1.0)
+        self.decay[chosen] = effective * errors / np.maximum(squares * rest, 1e-300)
+        self.cost[chosen] = self._cost(
+            self.products[chosen], self.weights[chosen], self.decay[chosen]
+        )
+
+    def _record(
+        self,
+        mu: FloatArray,
+        gradient: FloatArray,
+        log: Callable[[dict[str, FloatArray]], None] | None,
+    ) -> None:
+        row = np.array([self.cost, mu, gradient])
+        row[:, self.codes != RUNNING] = np.nan
+        self.history.append(row)
+        if log is not None:
+            log(dict(zip(_HISTORY, row, strict=True)))

@@ -1,0 +1,278 @@
+"""Many starts, a curriculum of problems, and a choice by error on held-back samples.
+
+Training a NARX network is a lottery: of fits that are all good one step ahead, some drift or
+explode in closed loop. So: many starts, the easy problem first (one step ahead), then growing
+horizons, then the closed loop, and the winner is who does best in closed loop on samples that
+no stage has seen.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from torch import Tensor
+
+from narx.errors import UserError
+from narx.kernels.threads import in_threads
+from narx.network.structure import NarxStructure
+from narx.training.least_squares.axis import NetworkFit
+from narx.training.least_squares.problem import LeastSquaresProblem
+from narx.training.least_squares.solver import Options, Result, levenberg_marquardt
+from narx.types import BoolArray, FloatArray
+
+# starts that are trained in step, and a unit of work for a thread; fixed, so that results do not
+# depend on the number of threads
+_TOGETHER = 16
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One problem of a curriculum, and how hard it is tried.
+
+    Parameters
+    ----------
+    name : str
+        For reports.
+    problem : LeastSquaresProblem
+        What is minimised.
+    options : Options
+        Of the solver.
+    """
+
+    name: str
+    problem: LeastSquaresProblem
+    options: Options
+
+
+@dataclass(frozen=True)
+class MultiStartResult:
+    """What came out of all starts.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (P,)
+        Of the best start.
+    best : int
+        Which it was.
+    errors : ndarray, shape (R,)
+        Root mean square residual of every start on the held-back samples; not finite where it
+        diverged.
+    n_dropped : int
+        Starts whose error is not finite.
+    all_weights : ndarray, shape (R, P)
+        Of every start.
+    stages : dict of str to list
+        For each stage, by name, the results of the starts, in groups.
+    """
+
+    weights: FloatArray
+    best: int
+    errors: FloatArray
+    n_dropped: int
+    all_weights: FloatArray
+    stages: dict[str, list[Result]]
+
+    def spread(self) -> dict[str, float]:
+        """Describe how the starts differ.
+
+        Returns
+        -------
+        dict of str to float
+            Number of starts and of dropped ones; least, quartiles and largest finite error.
+        """
+        finite = self.errors[np.isfinite(self.errors)]
+        levels = {"min": 0.0, "q25": 0.25, "median": 0.5, "q75": 0.75, "max": 1.0}
+        quantiles = {name: float(np.quantile(finite, q)) for name, q in levels.items()}
+        return {"n_starts": float(len(self.errors)), "n_dropped": float(self.n_dropped)} | quantiles
+
+    def history(self, start: int | None = None) -> list[dict[str, float]]:
+        """List the iterations of a start through all stages.
+
+        Parameters
+        ----------
+        start : int, optional
+            Which; the best if not given.
+
+        Returns
+        -------
+        list of dict
+            ``stage`` (its number), ``cost``, ``damping`` and ``gradient`` of each iteration.
+        """
+        start = self.best if start is None else start
+        group, column = divmod(start, _TOGETHER)
+        rows = []
+        for number, results in enumerate(self.stages.values()):
+            history = results[group].history
+            for i in range(results[group].n_evaluations[column] + 1):
+                row = {name: float(values[i, column]) for name, values in history.items()}
+                rows.append({"stage": float(number)} | row)
+        return rows
+
+
+def normal_starts(
+    structure: NarxStructure,
+    n: int,
+    rng: np.random.Generator,
+    scale: float = 0.5,
+    odd: bool = False,
+) -> FloatArray:
+    """Draw starts from a normal distribution.
+
+    Parameters
+    ----------
+    structure : NarxStructure
+        Sizes of the network.
+    n : int
+        Number of starts.
+    rng : numpy.random.Generator
+        Source of chance.
+    scale : float
+        Standard deviation of the weights.
+    odd : bool
+        Set the biases to zero.
+
+    Returns
+    -------
+    ndarray, shape (n, P)
+        Flat weights.
+    """
+    starts = scale * rng.standard_normal((n, structure.n_weights))
+    if odd:
+        starts[:, biases(structure)] = 0.0
+    return starts
+
+
+def biases(structure: NarxStructure) -> BoolArray:
+    """Tell which weights are biases, which an odd network holds at zero.
+
+    Parameters
+    ----------
+    structure : NarxStructure
+        Sizes of the network.
+
+    Returns
+    -------
+    ndarray of bool, shape (P,)
+        True for b1 and b2.
+    """
+    is_bias = np.zeros(structure.n_weights, dtype=bool)
+    is_bias[structure.b1] = is_bias[structure.b2] = True
+    return is_bias
+
+
+def network_curriculum(
+    inputs: Tensor,
+    targets: Tensor,
+    state: Tensor | None = None,
+    *,
+    structure: NarxStructure,
+    horizons: Sequence[int | None] = (1, 50, None),
+    options: Sequence[Options] | Options | None = None,
+    sequence_weights: Tensor | None = None,
+    washout: int = 0,
+) -> list[Stage]:
+    """Put the fit of one network into stages of growing horizon.
+
+    Parameters
+    ----------
+    inputs : Tensor, shape (..., N, n_inputs)
+        Normalised inputs.
+    targets : Tensor, shape (..., N)
+        Normalised outputs wanted; NaN samples do not count.
+    state : Tensor, shape (..., n_state), optional
+        State before the first sample; zero if not given.
+    structure : NarxStructure
+        Sizes of the network.
+    horizons : sequence of int or None
+        Samples ahead in each stage: 1 is open loop, None the closed loop.
+    options : Options, or one for each stage, optional
+        Of the solver.
+    sequence_weights : Tensor, shape (...), optional
+        Factor on the squared residuals of each sequence.
+    washout : int
+        Initial samples of each sequence that do not count.
+
+    Returns
+    -------
+    list of Stage
+        Ready for `multi_start`.
+    """
+    if options is None or isinstance(options, Options):
+        options = [options or Options()] * len(horizons)
+    stages = []
+    for horizon, option in zip(horizons, options, strict=True):
+        fit = NetworkFit(
+            inputs,
+            targets,
+            state,
+            structure=structure,
+            sequence_weights=sequence_weights,
+            washout=washout,
+            horizon=horizon,
+        )
+        name = {1: "open_loop", None: "closed_loop"}.get(horizon, f"horizon_{horizon}")
+        stages.append(Stage(name, fit, option))
+    return stages
+
+
+def multi_start(
+    stages: Sequence[Stage],
+    starts: ArrayLike,
+    validation: LeastSquaresProblem,
+    *,
+    trainable: ArrayLike | None = None,
+) -> MultiStartResult:
+    """Train from many starts, in threads, and choose the best on held-back samples.
+
+    Parameters
+    ----------
+    stages : sequence of Stage
+        Problems, each started from where the one before ended.
+    starts : array_like, shape (R, P)
+        Weights to start from.
+    validation : LeastSquaresProblem
+        Closed-loop fit to held-back samples.
+    trainable : array_like of bool, shape (P,), optional
+        Weights that may move; all if not given.
+
+    Returns
+    -------
+    MultiStartResult
+        The best start and the spread of all; the same numbers with any number of threads.
+
+    Raises
+    ------
+    UserError
+        If no start has a finite error.
+    """
+    weights = np.atleast_2d(np.array(starts, dtype=np.float64))
+    n_starts = len(weights)
+    errors = np.full(n_starts, np.nan)
+    results: dict[str, list[Result]] = {stage.name: [] for stage in stages}
+    by_group: dict[int, list[Result]] = {}
+
+    def train(first: int, last: int) -> None:
+        for group in range(first, last, _TOGETHER):
+            rows = slice(group, min(group + _TOGETHER, last))
+            by_group[group] = []
+            for stage in stages:
+                result = levenberg_marquardt(
+                    stage.problem, weights[rows], stage.options, trainable=trainable
+                )
+                weights[rows] = result.weights
+                by_group[group].append(result)
+            squares = validation.products(weights[rows])[:, -1, -1]
+            errors[rows] = np.sqrt(squares / max(validation.n_residuals, 1))
+
+    in_threads(train, n_starts, _TOGETHER)
+    for group in sorted(by_group):
+        for name, result in zip(results, by_group[group], strict=True):
+            results[name].append(result)
+    finite = np.isfinite(errors)
+    if not finite.any():
+        raise UserError(f"training: none of {n_starts} starts stayed finite in closed loop")
+    best = int(np.argmin(np.where(finite, errors, np.inf)))
+    return MultiStartResult(
+        weights[best].copy(), best, errors, int((~finite).sum()), weights, results
+    )

@@ -1,0 +1,189 @@
+"""What training minimises, and what an optimizer has to say about its result."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn.functional import pad
+
+from narx.network.model import Narx
+from narx.windows.sequences import Batch
+
+# what an optimizer reports as it goes: iteration, and numbers by name (cost, damping, ...)
+Log = Callable[[int, dict[str, float]], None]
+
+# the artificial return to rest: from about ten degrees, for so many time constants
+_REST_ANGLE_RAD = 0.2
+_REST_TIME_CONSTANTS = 4.0
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is minimised: the closed-loop error against the teacher.
+
+    Parameters
+    ----------
+    axis_weights : tuple of three floats
+        Of the squared errors of the sagittal, frontal and transverse axis.
+    offset_free : bool
+        Remove each sequence's mean error on each axis first: the mean angle is the start-up's
+        business, not the network's.
+    washout_s : float
+        Time after a sequence's start that does not count, s.
+    rest_weight : float
+        Weight of an artificial sequence beside all others together: from a wrong angle and
+        without motion, the network is to return to its posture as exp(-rest_leak_rad_s t). Ten
+        seconds of walking do not tell how fast to forget, nor even that forgetting is wanted: a
+        pole outside the unit circle fits them as well. 0 leaves the sequence out.
+    rest_leak_rad_s : float
+        How fast, rad/s.
+    """
+
+    axis_weights: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    offset_free: bool = False
+    washout_s: float = 0.0
+    rest_weight: float = 0.0
+    rest_leak_rad_s: float = 0.1
+
+    def washout_samples(self, model: Narx) -> int:
+        """Samples that do not count at a network's rate.
+
+        Parameters
+        ----------
+        model : Narx
+            Gives the sampling rate.
+
+        Returns
+        -------
+        int
+            Number of samples.
+        """
+        return round(self.washout_s * model.sampling_rate_hz)
+
+    def with_rest(self, model: Narx, sequences: Batch) -> Batch:
+        """Add the artificial return to rest to training sequences.
+
+        Parameters
+        ----------
+        model : Narx
+            Gives rate and scales.
+        sequences : Batch
+            To be trained on.
+
+        Returns
+        -------
+        Batch
+            One row more, and as long as the return takes; the same if `rest_weight` is zero.
+        """
+        if self.rest_weight == 0:
+            return sequences
+        n = max(
+            sequences.rates_rad_s.shape[1],
+            round(_REST_TIME_CONSTANTS / self.rest_leak_rad_s * model.sampling_rate_hz),
+        )
+        time_s = torch.arange(1, n + 1, dtype=torch.float64) / model.sampling_rate_hz
+        angle = torch.full((3,), _REST_ANGLE_RAD, dtype=torch.float64)
+        target = _REST_ANGLE_RAD * torch.exp(-self.rest_leak_rad_s * time_s)
+        padding = (0, 0, 0, n - sequences.rates_rad_s.shape[1])
+        axes = torch.tensor(self.axis_weights, dtype=torch.float64)
+        counts = torch.isfinite(sequences.targets_rad) * sequences.weight[:, None, None]
+        weight = self.rest_weight * (counts * axes).sum() / (axes.sum() * n)
+        return Batch(
+            torch.cat([pad(sequences.rates_rad_s, padding), torch.zeros(1, n, 3)]),
+            torch.cat(
+                [
+                    pad(sequences.targets_rad, padding, value=math.nan),
+                    target[None, :, None].expand(1, n, 3),
+                ]
+            ),
+            torch.cat([sequences.state, model.initial_state(angle)[None]]),
+            torch.cat([sequences.posture_rad, torch.zeros(1, 3)]),
+            torch.cat([sequences.weight, weight[None]]),
+        )
+
+    def mean_square(self, model: Narx, sequences: Batch) -> Tensor:
+        """Mean squared error that counts, differentiable by the network's weights.
+
+        Parameters
+        ----------
+        model : Narx
+            Network.
+        sequences : Batch
+            What to run it on.
+
+        Returns
+        -------
+        Tensor
+            Scalar, rad^2.
+        """
+        angles, _ = model(sequences.rates_rad_s, sequences.state, sequences.posture_rad)
+        counts = torch.isfinite(sequences.targets_rad)
+        counts[:, : self.washout_samples(model)] = False
+        error = torch.where(counts, angles - sequences.targets_rad.nan_to_num(), 0.0)
+        if self.offset_free:
+            mean = error.sum(dim=1, keepdim=True) / counts.sum(dim=1, keepdim=True).clamp(min=1)
+            error = torch.where(counts, error - mean, 0.0)
+        axes = torch.tensor(self.axis_weights, dtype=error.dtype)
+        weights = sequences.weight[:, None, None] * axes * counts
+        return (weights * error.square()).sum() / weights.sum()
+
+
+@dataclass(frozen=True)
+class FitReport:
+    """What an optimizer has to say about its result.
+
+    Parameters
+    ----------
+    code : str
+        Why it stopped.
+    iterations : int
+        Of the kept restart.
+    history : list of dict
+        Numbers by name, one an iteration of the kept restart.
+    restarts : dict
+        Spread over restarts: how many, how many were dropped, quantiles of the validation error.
+    """
+
+    code: str
+    iterations: int
+    history: list[dict[str, float]]
+    restarts: dict[str, float]
+
+
+class Optimizer(Protocol):
+    """Finds weights: Levenberg-Marquardt, LBFGS, Adam."""
+
+    def fit(
+        self,
+        model: Narx,
+        training: Batch,
+        validation: Batch,
+        objective: Objective,
+        rng: np.random.Generator,
+        log: Log,
+    ) -> FitReport:
+        """Set the weights of a network to the best found.
+
+        Parameters
+        ----------
+        model : Narx
+            Network.
+        training, validation : Batch
+            Sequences; the second chooses.
+        objective : Objective
+            What is minimised.
+        rng : numpy.random.Generator
+            Draws the starts.
+        log : callable
+            Told how it goes.
+
+        Returns
+        -------
+        FitReport
+            What the optimizer has to say.
+        """
+        ...

@@ -1,0 +1,127 @@
+"""Whose angles a network learns."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from narx.calibration.calibrate import CalibratedSegment
+from narx.errors import UserError
+from narx.method import OrientationMethod
+from narx.types import FloatArray
+
+
+class Teacher(Protocol):
+    """Gives the angles to learn."""
+
+    def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
+        """Give the angles of a segment.
+
+        Parameters
+        ----------
+        dataset : str
+            Where the segment is from.
+        segment : CalibratedSegment
+            To be learned.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles in rad; NaN where there is nothing to learn.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class MethodTeacher:
+    """Learn from another method: the complementary filter of Tham et al., or VQF.
+
+    Parameters
+    ----------
+    method : OrientationMethod
+        The teacher.
+    """
+
+    method: OrientationMethod
+
+    def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
+        """Estimate the angles.
+
+        Parameters
+        ----------
+        dataset : str
+            Not used.
+        segment : CalibratedSegment
+            To be learned.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles in rad.
+        """
+        return self.method.estimate(segment.signals)
+
+
+@dataclass(frozen=True)
+class ReferenceTeacher:
+    """Learn from the optical reference of the training trials."""
+
+    def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
+        """Look the angles up.
+
+        Parameters
+        ----------
+        dataset : str
+            For the message.
+        segment : CalibratedSegment
+            To be learned.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles in rad.
+
+        Raises
+        ------
+        UserError
+            If the segment has no reference.
+        """
+        if segment.reference_angles_rad is None:
+            raise UserError(
+                f"teacher: '{segment.signals.segment}' of {dataset} has no reference; "
+                "use teacher=complementary_filter"
+            )
+        return segment.reference_angles_rad
+
+
+@dataclass(frozen=True)
+class AutomaticTeacher:
+    """Learn from the method in simulation, as the paper does, else from the reference.
+
+    On real walks with turns the complementary filter, which takes the axes one by one, is too
+    poor a teacher (docs/generalisation.md).
+
+    Parameters
+    ----------
+    method : OrientationMethod
+        Teacher in simulation, and where there is no reference.
+    """
+
+    method: OrientationMethod
+
+    def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
+        """Estimate the angles or look them up.
+
+        Parameters
+        ----------
+        dataset : str
+            Where the segment is from.
+        segment : CalibratedSegment
+            To be learned.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles in rad.
+        """
+        if dataset == "simulated_gait" or segment.reference_angles_rad is None:
+            return self.method.estimate(segment.signals)
+        return segment.reference_angles_rad

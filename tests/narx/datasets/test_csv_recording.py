@@ -1,0 +1,82 @@
+"""A user's own CSV: units by name, written then read is equal, damage is named."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from narx.datasets.csv_recording import read_recording, write_recording
+from narx.errors import RecordingError
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
+
+_values = arrays(
+    float, (7, 3), elements=st.floats(-1e4, 1e4, allow_subnormal=False) | st.just(np.nan)
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(gyroscope=_values, accelerometer=_values, seed=st.integers(0, 1000))
+def test_written_then_read_is_equal(tmp_path_factory, gyroscope, accelerometer, seed):
+    time = np.cumsum(np.random.default_rng(seed).uniform(1e-3, 0.1, 7)) + 1e5
+    recording = ImuRecording("shank_left", time, gyroscope, accelerometer)
+    path = tmp_path_factory.mktemp("csv") / "recording.csv"
+    write_recording(path, recording)
+    read = read_recording(path, "shank_left")
+    assert read.segment == "shank_left"
+    for name in ("time_s", "gyroscope_rad_s", "accelerometer_m_s2"):
+        assert np.array_equal(getattr(read, name), getattr(recording, name), equal_nan=True)
+
+
+def _table(gyroscope="rad_s", accelerometer="m_s2", n=5):
+    columns = {"time_s": np.arange(n) / 100.0, "comment": ["x"] * n}
+    for k, axis in enumerate("xyz"):
+        columns[f"gyroscope_{axis}_{gyroscope}"] = np.arange(n) + k
+        if accelerometer:
+            columns[f"accelerometer_{axis}_{accelerometer}"] = np.full(n, float(k == 2))
+    return pd.DataFrame(columns)
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(table):
+        path = tmp_path / "recording.csv"
+        path.write_text(table if isinstance(table, str) else table.to_csv(index=False))
+        return path
+
+    return write
+
+
+def test_units_are_converted(written):
+    recording = read_recording(written(_table("deg_s", "g")))
+    assert recording.gyroscope_rad_s[1] == pytest.approx(np.radians([1, 2, 3]))
+    assert recording.accelerometer_m_s2[0] == pytest.approx([0, 0, GRAVITY_M_S2])
+
+
+def test_the_accelerometer_is_optional_and_order_does_not_matter(written):
+    table = _table(accelerometer=None)
+    recording = read_recording(written(table[table.columns[::-1]]))
+    assert (recording.gyroscope_rad_s[2] == [2, 3, 4]).all()
+    assert np.isnan(recording.accelerometer_m_s2).all()
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        (_table().drop(columns="time_s"), "no column 'time_s'"),
+        (_table().drop(columns="gyroscope_y_rad_s"), "no column 'gyroscope_y_rad_s' beside"),
+        (_table("furlong"), "no column 'gyroscope_x_rad_s or gyroscope_x_deg_s'"),
+        (_table(accelerometer="cm_s2"), "no column 'accelerometer_x_m_s2 or accelerometer_x_g'"),
+        (_table().assign(time_s=[0, 0.1, 0.1, 0.2, 0.3]), "does not increase at data row 3"),
+        (_table().assign(gyroscope_x_rad_s="fast"), "line 2, column gyroscope_x_rad_s"),
+        (_table().to_csv(index=False)[:-9], "cut off"),
+        (_table(accelerometer=None).to_csv(index=False)[:-2], "cut off"),
+        ("", "empty"),
+    ],
+)
+def test_damage_ends_in_one_line(written, table, message):
+    with pytest.raises(RecordingError, match=message) as caught:
+        read_recording(written(table))
+    assert "\n" not in str(caught.value)
+    assert "recording.csv" in str(caught.value)

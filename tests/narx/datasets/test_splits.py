@@ -1,0 +1,94 @@
+"""Splits: nobody is tested on what was trained on, and everybody is tested once."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from narx.datasets import splits
+from narx.errors import UserError
+
+
+def index_of(subjects, conditions, source="walks"):
+    rows = [
+        {"source": source, "subject": s, "condition": c, "trial": "1", "device": c[:1]}
+        for s in subjects
+        for c in conditions
+    ]
+    return pd.DataFrame(rows)
+
+
+def overlaps(fold):
+    return [
+        (training, test)
+        for training in fold.training
+        for test in fold.test
+        if training.key == test.key
+        and test.start_s < training.stop_s
+        and training.start_s < test.stop_s
+    ]
+
+
+@settings(deadline=None, max_examples=20)
+@given(n_subjects=st.integers(2, 5), n_conditions=st.integers(1, 3))
+def test_leave_one_out_tests_everybody_once_and_sees_nobody_tested(n_subjects, n_conditions):
+    index = index_of([f"s{k}" for k in range(n_subjects)], [f"c{k}" for k in range(n_conditions)])
+    folds = list(splits.leave_one_out(index, np.random.default_rng(0)))
+    tested = [part.key for fold in folds for part in fold.test]
+    assert sorted(tested) == sorted(map(tuple, index.iloc[:, :4].to_numpy()))
+    for fold in folds:
+        assert not {p.subject for p in fold.training} & {p.subject for p in fold.test}
+        assert len(fold.training) + len(fold.test) == len(index)
+
+
+def test_leave_one_device_out():
+    index = index_of(["a", "b"], ["slow", "fast"])
+    folds = list(splits.leave_one_out(index, np.random.default_rng(0), column="device"))
+    assert [fold.name for fold in folds] == ["without_device_s", "without_device_f"]
+
+
+def test_within_trial_parts_do_not_overlap():
+    folds = list(splits.within_trial(index_of(["a", "b"], ["slow"]), np.random.default_rng(0)))
+    assert len(folds) == 2
+    assert not [pair for fold in folds for pair in overlaps(fold)]
+
+
+def test_one_window_is_ten_seconds_of_one_walk_and_seeded():
+    index = index_of([f"s{k}" for k in range(5)], ["slow", "normal", "fast"])
+    first, again, other = (
+        next(iter(splits.one_window(index, np.random.default_rng(seed), condition="normal")))
+        for seed in (1, 1, 2)
+    )
+    assert first == again != other
+    (training,) = first.training
+    assert training.condition == "normal"
+    assert training.stop_s - training.start_s == pytest.approx(10.0)
+    assert first.validation[0].start_s == training.stop_s
+    assert len(first.test) == 15
+
+
+@pytest.mark.parametrize(
+    ("split", "keywords", "message"),
+    [
+        (splits.leave_one_out, {"column": "shoe"}, "no column 'shoe'"),
+        (splits.leave_one_out, {"column": "trial"}, "needs at least two"),
+        (splits.one_window, {"subject": "nobody"}, "no trial with subject=nobody"),
+    ],
+)
+def test_what_cannot_be_split_is_refused(split, keywords, message):
+    with pytest.raises(UserError, match=message):
+        list(split(index_of(["a", "b"], ["slow"]), np.random.default_rng(0), **keywords))
+
+
+def test_automatic_choice():
+    rng = np.random.default_rng(0)
+
+    def names(index, **keywords):
+        return [fold.name for fold in splits.automatic(index, rng, **keywords)]
+
+    simulated = index_of(["S1"], ["normal"], source="simulated_gait")
+    assert names(simulated)[0].startswith("S1_normal_")
+    assert names(index_of(["a", "b"], ["x"])) == ["without_subject_a", "without_subject_b"]
+    assert names(index_of(["a"], ["x"])) == ["pretrained"]
+    assert names(index_of(["a", "b"], ["x"]), testing=False) == ["everything"]

@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from scipy import stats
+
+from narx.evaluation.significance import bootstrap_mean, paired_test
+
+
+def test_same_seed_same_interval():
+    values = [3.1, 2.2, 4.0, 2.9, 3.3]
+    assert bootstrap_mean(values, seed=1) == bootstrap_mean(values, seed=1)
+    assert bootstrap_mean(values, seed=1) == bootstrap_mean([*values, np.nan], seed=1)
+
+
+def test_many_subjects_give_the_t_interval():
+    values = np.random.default_rng(0).normal(5, 2, 400)
+    found = bootstrap_mean(values)
+    expected = stats.t.interval(0.95, 399, values.mean(), stats.sem(values))
+    np.testing.assert_allclose([found.low, found.high], expected, atol=0.02)
+    np.testing.assert_allclose(found.mean, values.mean())
+
+
+def test_five_subjects_are_covered_better_than_by_plain_percentiles():
+    generator = np.random.default_rng(1)
+    repeats, expanded, plain = 300, 0, 0
+    for _ in range(repeats):
+        values = generator.normal(1, 1, 5)
+        found = bootstrap_mean(values, n_resamples=999)
+        expanded += found.low <= 1 <= found.high
+        interval = stats.bootstrap(
+            (values,), np.mean, n_resamples=999, method="percentile", rng=generator
+        ).confidence_interval
+        plain += interval.low <= 1 <= interval.high
+    assert expanded / repeats > 0.86
+    assert expanded > plain + 0.03 * repeats
+
+
+def test_few_subjects():
+    assert bootstrap_mean([]).n == 0
+    assert np.isnan(bootstrap_mean([]).mean)
+    one = bootstrap_mean([2.0])
+    assert (one.n, one.mean) == (1, 2.0)
+    assert np.isnan([one.low, one.high]).all()
+    two = bootstrap_mean([1.0, 3.0])
+    assert (two.mean, two.low, two.high) == (2.0, 1.0, 3.0)
+    same = bootstrap_mean([2.0, 2.0, 2.0])
+    assert (same.low, same.high) == (2.0, 2.0)
+    assert bootstrap_mean([1.0, np.inf]).high == np.inf
+
+
+def test_permutation_p_by_hand():
+    # of the eight sign patterns of (1, 2, 4) only all plus and all minus are as extreme
+    found = paired_test([2.0, 4.0, 9.0], [1.0, 2.0, 5.0])
+    np.testing.assert_allclose(found.difference, 7 / 3)
+    np.testing.assert_allclose([found.p_permutation, found.smallest_p], 0.25)
+    np.testing.assert_allclose(found.p_wilcoxon, 0.25)
+    # of (3, -1, 2): |sum| >= 4 in +++, ++-... (3+1+2, 3-1+2) and their mirror images
+    np.testing.assert_allclose(paired_test([3.0, 0.0, 2.0], [0.0, 1.0, 0.0]).p_permutation, 0.5)
+
+
+@pytest.mark.parametrize("n", [6, 40])
+def test_against_scipy(n):
+    generator = np.random.default_rng(n)
+    first = generator.normal(0.5, 1, n)
+    second = generator.normal(0, 1, n)
+    found = paired_test(first, second, seed=3)
+    np.testing.assert_allclose(found.p_wilcoxon, stats.wilcoxon(first, second).pvalue)
+    # exchanging is asymptotically the paired t test
+    t_test = stats.ttest_rel(first, second).pvalue
+    np.testing.assert_allclose(found.p_permutation, t_test, atol=0.05)
+    assert found == paired_test(first, second, seed=3)
+    other = paired_test(second, first, seed=3)
+    np.testing.assert_allclose(other.difference, -found.difference)
+
+
+def test_p_is_uniform_where_methods_do_not_differ():
+    generator = np.random.default_rng(4)
+    p = [paired_test(*generator.normal(size=(2, 8)), n_resamples=99) for _ in range(200)]
+    share = np.mean([test.p_permutation <= 0.1 for test in p])
+    assert 0.05 < share < 0.16
+
+
+def test_nothing_to_tell():
+    same = paired_test([1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
+    assert (same.p_permutation, same.p_wilcoxon, same.difference) == (1.0, 1.0, 0.0)
+    one = paired_test([1.0, np.nan], [2.0, 2.0])
+    assert one.n == 1
+    assert np.isnan([one.p_permutation, one.p_wilcoxon, one.smallest_p]).all()
+    assert np.isnan(paired_test([np.inf, 1.0], [1.0, 0.0]).p_permutation)
+    with pytest.raises(ValueError, match="expected twice"):
+        paired_test([1.0], [1.0, 2.0])

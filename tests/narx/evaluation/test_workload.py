@@ -1,0 +1,36 @@
+"""The clock of a run."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from narx.evaluation.workload import Workload, peak_memory_mib
+
+
+def test_time_is_counted_by_method_even_if_it_fails():
+    workload = Workload()
+    with workload.of_method("a"):
+        time.sleep(0.02)
+    with pytest.raises(ValueError, match="gives up"), workload.of_method("b"):
+        raise ValueError("gives up")
+    first = workload.methods_s["a"]
+    with workload.of_method("a"):
+        time.sleep(0.01)
+    assert workload.methods_s["a"] >= first + 0.01 >= 0.03
+    report = workload.report()
+    assert list(report["methods_s"]) == ["a", "b"]
+    assert report["all_methods_s"] == sum(workload.methods_s.values())
+    assert report["run_s"] >= report["all_methods_s"]
+
+
+@pytest.mark.skipif(peak_memory_mib() is None, reason="the system does not tell")
+def test_peak_memory_sees_a_large_array():
+    """In a process of its own, since what ran before in this one may have had more."""
+    program = (
+        "import numpy as np; from narx.evaluation.workload import peak_memory_mib as peak;"
+        "array = np.ones(300 * 2**17); print(peak())"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert 300.0 < float(run.stdout) < 500.0

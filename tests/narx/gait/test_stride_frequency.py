@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from narx.gait.stride_frequency import StrideFrequencyTracker, stride_frequency_hz
+
+
+def thigh_rate(stride_hz, rate_hz, duration_s, seed=0, noise=0.05):
+    """A swing lobe and stance, with harmonics as of a thigh, rad/s."""
+    t = np.arange(int(duration_s * rate_hz)) / rate_hz
+    p = 2 * np.pi * stride_hz * t
+    clean = 1.5 * np.cos(p) + 0.7 * np.cos(2 * p + 1.2) + 0.25 * np.cos(3 * p + 2.0)
+    return clean + np.random.default_rng(seed).normal(0, noise, len(t))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    stride_hz=st.floats(0.5, 1.5),
+    rate_hz=st.sampled_from([50.0, 100.0, 500.0]),
+    duration_s=st.floats(12.0, 60.0),
+)
+def test_the_stride_frequency_is_found(stride_hz, rate_hz, duration_s):
+    rate = thigh_rate(stride_hz, rate_hz, duration_s)
+    assert stride_frequency_hz(rate, rate_hz) == pytest.approx(stride_hz, rel=0.01)
+
+
+def test_standing_before_and_after_does_not_matter():
+    walk = thigh_rate(0.9, 100.0, 12.0)
+    rest = np.random.default_rng(1).normal(0, 0.01, 500)
+    rate = np.concatenate([rest, walk, rest, rest])
+    assert stride_frequency_hz(rate, 100.0) == pytest.approx(0.9, rel=0.02)
+
+
+def test_gaps_do_not_shift_it():
+    rate = thigh_rate(0.9, 100.0, 30.0)
+    rate[400:470] = np.nan
+    rate[1500:1733] = np.nan
+    assert stride_frequency_hz(rate, 100.0) == pytest.approx(0.9, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [
+        np.zeros(2000),
+        np.full(2000, 0.3),
+        np.full(2000, np.nan),
+        np.random.default_rng(2).normal(0, 1.0, 2000),
+        0.05 * thigh_rate(0.9, 100.0, 20.0),
+        np.zeros(0),
+        np.ones(3),
+    ],
+    ids=["nothing", "bias", "missing", "noise", "too small", "empty", "short"],
+)
+def test_no_walking_is_nan(rate):
+    assert np.isnan(stride_frequency_hz(rate, 100.0))
+
+
+@pytest.mark.parametrize("rate_hz", [50.0, 100.0, 500.0])
+@pytest.mark.parametrize("stride_hz", [0.6, 0.9, 1.3])
+def test_the_tracker_finds_it_within_a_few_strides(stride_hz, rate_hz):
+    rate = thigh_rate(stride_hz, rate_hz, 30.0)
+    followed = StrideFrequencyTracker(start_frequency_hz=1.0).follow(rate, rate_hz)
+    assert followed[0] == pytest.approx(1.0)
+    late = slice(int(6 * rate_hz / stride_hz), None)
+    np.testing.assert_allclose(followed[late], stride_hz, rtol=0.03)
+
+
+def test_the_tracker_follows_a_change_of_speed():
+    t = np.arange(6000) / 100.0
+    stride_hz = np.where(t < 30, 0.8, 1.1)
+    p = 2 * np.pi * np.cumsum(stride_hz) / 100.0
+    rate = 1.5 * np.cos(p) + 0.7 * np.cos(2 * p + 1.2)
+    followed = StrideFrequencyTracker().follow(rate, 100.0)
+    assert followed[2900] == pytest.approx(0.8, rel=0.02)
+    assert followed[-1] == pytest.approx(1.1, rel=0.02)
+
+
+def test_the_tracker_is_causal_and_the_same_sample_by_sample():
+    rate = thigh_rate(0.9, 100.0, 15.0)
+    tracker = StrideFrequencyTracker()
+    at_once = tracker.follow(rate, 100.0)
+    step = tracker.start(100.0)
+    np.testing.assert_array_equal([step(value) for value in rate], at_once)
+    np.testing.assert_array_equal(tracker.follow(rate[:800], 100.0), at_once[:800])
+
+
+def test_the_tracker_keeps_its_answer_while_standing():
+    rate = np.concatenate([thigh_rate(0.9, 100.0, 20.0, noise=0.0), np.zeros(2000)])
+    followed = StrideFrequencyTracker().follow(rate, 100.0)
+    assert followed[-1] == pytest.approx(followed[2000], rel=0.05)

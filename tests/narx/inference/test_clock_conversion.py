@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+
+from narx.errors import RecordingError
+from narx.inference.clock_conversion import ClockConversion
+
+
+def wave(time_s):
+    return np.stack([np.sin(2 * np.pi * time_s), np.cos(4 * np.pi * time_s)], axis=1)
+
+
+def test_a_regular_recording_passes_as_it_is():
+    time = 3.7 + np.arange(500) / 128.0
+    conversion = ClockConversion(time, 0.05, "x")
+    assert conversion.sampling_rate_hz == pytest.approx(128.0, rel=1e-12)
+    values = np.random.default_rng(0).normal(size=(500, 2))
+    on_clock = conversion.to_clock(values)
+    np.testing.assert_allclose(on_clock, values, atol=1e-10)
+    back = conversion.to_samples(on_clock, np.ones(500, dtype=bool))
+    np.testing.assert_allclose(back, values, atol=1e-10)
+
+
+def test_irregular_there_and_back():
+    rng = np.random.default_rng(1)
+    time = np.cumsum(rng.uniform(0.006, 0.014, size=1000))
+    conversion = ClockConversion(time, 0.05, "x")
+    on_clock = conversion.to_clock(wave(time))
+    np.testing.assert_allclose(on_clock, wave(conversion.clock_s), atol=1e-4)
+    back = conversion.to_samples(on_clock, np.ones(1000, dtype=bool))
+    np.testing.assert_allclose(back, wave(time), atol=3e-4)
+
+
+def test_short_gaps_are_bridged_and_long_ones_stay():
+    time = np.delete(np.arange(1000) / 100.0, np.r_[200:203, 500:560])
+    there = np.ones(len(time), dtype=bool)
+    there[100] = False
+    values = wave(time)
+    values[100] = np.nan
+    conversion = ClockConversion(time, 0.05, "x")
+    on_clock = conversion.to_clock(values)
+    gap = (conversion.clock_s > 4.995) & (conversion.clock_s < 5.595)
+    np.testing.assert_array_equal(np.isnan(on_clock).any(axis=1), gap)
+    back = conversion.to_samples(on_clock, there)
+    assert np.isnan(back[100]).all()
+    np.testing.assert_allclose(back[there], wave(time)[there], atol=1e-4)
+
+
+def test_a_slow_recording_has_no_gaps():
+    time = np.arange(50) / 10.0
+    conversion = ClockConversion(time, 0.05, "x")
+    assert np.isfinite(conversion.to_clock(wave(time))).all()
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_too_short(n):
+    with pytest.raises(RecordingError, match=f"^walk: {n} samples, expected at least 2$"):
+        ClockConversion(np.arange(n) * 0.01, 0.05, "walk")
+
+
+def test_a_column_that_nobody_knows_leaves_the_others_alone():
+    time = np.arange(200) * 0.01
+    conversion = ClockConversion(time, 0.05, "x")
+    values = np.tile([0.5, np.nan], (len(conversion.clock_s), 1))
+    back = conversion.to_samples(values, np.ones(200, dtype=bool))
+    np.testing.assert_allclose(back[:, 0], 0.5)
+    assert np.isnan(back[:, 1]).all()
+    unknown = np.full_like(values, np.nan)
+    assert np.isnan(conversion.to_samples(unknown, np.ones(200, dtype=bool))).all()

@@ -1,0 +1,259 @@
+from dataclasses import replace
+from importlib import resources
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from narx.errors import RecordingError, UserError
+from narx.inference.checkpoint import Checkpoint, save
+from narx.inference.predict import angles_from_gyroscope, predict
+from narx.inference.start_up import StartUp
+from narx.kinematics.segment_angles import mirror_angular_rate, mirror_vector
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
+from narx.recordings.trial import ImuRecording
+
+BIAS_RAD_S = np.radians([1.5, -0.8, 2.0])
+MOUNTING = Rotation.from_euler("xyz", [50.0, -110.0, 20.0], degrees=True)
+
+
+def checkpoint(duration_s, std=None):
+    """A start-up longer than the recording integrates, so angles are known."""
+    model = Narx(100.0, Normalisation(3.0, 0.5))
+    generator = torch.Generator().manual_seed(0)
+    with torch.no_grad():
+        weights = 0.4 * torch.randn(model.weights.shape, generator=generator, dtype=torch.float64)
+        model.weights.copy_(weights * model.trainable)
+    return Checkpoint(model, StartUp(duration_s=duration_s), error_std_rad=std)
+
+
+INTEGRATING = checkpoint(120.0).method()
+NETWORK = checkpoint(5.0).method()
+
+
+def sensor_on(motion):
+    """The recording of a sensor that is aligned with the segment."""
+    sagittal, frontal, transverse = motion.signals.axis_rates_rad_s.T
+    gyroscope = np.column_stack([-frontal, -sagittal, transverse])
+    return ImuRecording("imu", motion.time_s, gyroscope, motion.signals.specific_force_m_s2)
+
+
+def turned(recording, mounting):
+    return replace(
+        recording,
+        gyroscope_rad_s=mounting.apply(recording.gyroscope_rad_s),
+        accelerometer_m_s2=mounting.apply(recording.accelerometer_m_s2),
+    )
+
+
+@pytest.fixture(scope="module")
+def walk(motion):
+    """Stands for 4 s, walks, stands again."""
+    return motion("stand_walk_stand")
+
+
+def test_known_start_gives_the_true_angles(walk):
+    result = predict(sensor_on(walk), INTEGRATING, frame="anatomical", start_pose="known")
+    np.testing.assert_allclose(result.angles_rad, walk.angles_rad, atol=np.radians(0.05))
+
+
+@pytest.mark.parametrize("method", [INTEGRATING, NETWORK])
+def test_a_uniform_recording_gets_what_the_method_says(walk, method):
+    result = predict(
+        sensor_on(walk), method, frame="anatomical", start_pose="known", remove_bias=False
+    )
+    np.testing.assert_allclose(result.angles_rad, method.estimate(walk.signals), atol=1e-9)
+
+
+def test_smoothing_reaches_the_method(walk, tmp_path):
+    network = checkpoint(5.0)
+    save(network, tmp_path / "net.pt")
+    recording = sensor_on(walk)
+    smoothed, one = (
+        angles_from_gyroscope(
+            recording.gyroscope_rad_s,
+            100.0,
+            frame="anatomical",
+            remove_bias=False,
+            smoothing=smoothing,
+            checkpoint=tmp_path / "net.pt",
+        )
+        for smoothing in (True, False)
+    )
+    unknown = replace(walk.signals, initial_angles_rad=None)
+    np.testing.assert_allclose(smoothed, network.method(True).estimate(unknown), atol=1e-9)
+    assert np.abs(smoothed - one).max() > 1e-3
+
+
+def test_left_leg_is_the_mirror_image(walk):
+    right = sensor_on(walk)
+    left = replace(
+        right,
+        gyroscope_rad_s=mirror_angular_rate(right.gyroscope_rad_s),
+        accelerometer_m_s2=mirror_vector(right.accelerometer_m_s2),
+    )
+    for frame in ("anatomical", "walking"):
+        expected = predict(right, NETWORK, frame=frame).angles_rad
+        result = predict(left, NETWORK, frame=frame, side="left").angles_rad
+        np.testing.assert_allclose(result, expected, atol=1e-9)
+
+
+def test_walking_frame_does_not_mind_how_the_sensor_sits(walk):
+    recording = sensor_on(walk)
+    aligned = predict(recording, INTEGRATING, frame="walking", start_pose="known")
+    anyhow = predict(turned(recording, MOUNTING), INTEGRATING, start_pose="known")
+    np.testing.assert_allclose(anyhow.angles_rad, aligned.angles_rad, atol=1e-9)
+    assert any(note.startswith("frame walking") for note in anyhow.notes)
+    # the walk's principal axis is a few degrees off the segment's, by design of this motion
+    assert np.corrcoef(anyhow.angles_rad[:, 0], walk.angles_rad[:, 0])[0, 1] > 0.99
+
+
+def test_sensor_frame_is_made_upright(walk):
+    tilted = turned(sensor_on(walk), Rotation.from_euler("y", 30.0, degrees=True))
+    result = predict(tilted, INTEGRATING, frame="sensor", start_pose="known")
+    np.testing.assert_allclose(result.angles_rad, walk.angles_rad, atol=np.radians(0.05))
+
+
+def test_irregular_times_and_another_rate(motion):
+    fast = motion("stand_walk_stand", 400.0)
+    keep = np.cumsum(np.random.default_rng(0).integers(3, 6, size=3900))
+    recording = sensor_on(fast)
+    some = ImuRecording(
+        "imu",
+        recording.time_s[keep] + 12.0,
+        recording.gyroscope_rad_s[keep],
+        recording.accelerometer_m_s2[keep],
+    )
+    result = predict(some, INTEGRATING, frame="anatomical", start_pose="known")
+    np.testing.assert_array_equal(result.time_s, some.time_s)
+    np.testing.assert_allclose(result.angles_rad, fast.angles_rad[keep], atol=np.radians(0.1))
+
+
+def test_missing_samples_are_missing_and_short_gaps_do_no_harm(walk):
+    recording = sensor_on(walk)
+    gyroscope = recording.gyroscope_rad_s.copy()
+    missing = np.arange(600, 3400, 100)
+    gyroscope[missing] = np.nan
+    gyroscope[1500:1503, 1] = np.nan
+    holed = replace(recording, gyroscope_rad_s=gyroscope)
+    result = predict(holed, INTEGRATING, frame="anatomical", start_pose="known")
+    there = np.isfinite(gyroscope).all(axis=1)
+    assert np.isnan(result.angles_rad[~there]).all()
+    np.testing.assert_allclose(
+        result.angles_rad[there], walk.angles_rad[there], atol=np.radians(0.05)
+    )
+
+
+def test_bias_is_found_in_the_still_part(walk):
+    recording = sensor_on(walk)
+    biased = replace(recording, gyroscope_rad_s=recording.gyroscope_rad_s + BIAS_RAD_S)
+    clean = predict(recording, NETWORK, frame="anatomical", remove_bias=False)
+    for still_s in (None, (0.5, 3.5)):
+        found = predict(biased, NETWORK, frame="anatomical", still_s=still_s)
+        np.testing.assert_allclose(found.bias_rad_s, BIAS_RAD_S, atol=np.radians(0.05))
+        np.testing.assert_allclose(found.angles_rad, clean.angles_rad, atol=np.radians(0.5))
+    left_in = predict(biased, NETWORK, frame="anatomical", remove_bias=False)
+    assert left_in.bias_rad_s is None
+    assert np.abs(left_in.angles_rad - clean.angles_rad).max() > np.radians(1.0)
+
+
+def test_a_walk_without_rest_keeps_its_bias_and_says_so(motion, tmp_path):
+    walking = sensor_on(motion("walking"))
+    cut = walking.gyroscope_rad_s[300:]
+    save(checkpoint(5.0), tmp_path / "net.pt")
+    with pytest.warns(UserWarning, match="static bias left in, no 1 s without movement"):
+        angles_from_gyroscope(cut, 100.0, checkpoint=tmp_path / "net.pt")
+
+
+def test_one_line_of_python(walk, tmp_path):
+    save(checkpoint(5.0), tmp_path / "net.pt")
+    recording = sensor_on(walk)
+    angles = angles_from_gyroscope(
+        recording.gyroscope_rad_s.tolist(), 100.0, checkpoint=tmp_path / "net.pt"
+    )
+    np.testing.assert_array_equal(
+        angles, predict(recording, NETWORK, frame="anatomical").angles_rad
+    )
+    anyhow = turned(recording, MOUNTING)
+    angles = angles_from_gyroscope(
+        anyhow.gyroscope_rad_s,
+        100.0,
+        accelerometer_m_s2=anyhow.accelerometer_m_s2,
+        checkpoint=tmp_path / "net.pt",
+    )
+    np.testing.assert_array_equal(angles, predict(anyhow, NETWORK, frame="walking").angles_rad)
+
+
+def test_standard_deviation_comes_along(walk):
+    method = checkpoint(5.0, std=(0.01, 0.02, 0.03)).method()
+    recording = sensor_on(walk)
+    gyroscope = recording.gyroscope_rad_s.copy()
+    gyroscope[100] = np.nan
+    std = predict(replace(recording, gyroscope_rad_s=gyroscope), method, frame="anatomical").std_rad
+    assert np.isnan(std[100]).all()
+    np.testing.assert_allclose(std[101], [0.01, 0.02, 0.03])
+    assert predict(recording, NETWORK, frame="anatomical").std_rad is None
+
+
+def test_standard_deviation_stays_between_that_of_the_start_up_and_the_rest(walk):
+    """At another rate and off its clock it is interpolated across the step between the two."""
+    finished = checkpoint(5.0, std=(0.01, 0.02, np.nan))
+    method = replace(finished, start_std_rad=(0.03, 0.01, np.nan)).method()
+    recording = sensor_on(walk)
+    n = len(recording.time_s)
+    time_s = 0.0131 * np.arange(n) + 0.001 * np.sin(np.arange(n))
+    std = predict(replace(recording, time_s=time_s), method, frame="anatomical").std_rad
+    assert np.isnan(std[:, 2]).all()
+    assert set(np.round(std[[0, -1], 0], 12)) == {0.03, 0.01}
+    assert std[:, 0].min() == 0.01
+    assert std[:, 0].max() == 0.03
+    assert std[:, 1].max() == 0.02
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"frame": "body"}, "frame is 'body', expected one of auto, anatomical, walking, sensor"),
+        ({"side": "middle"}, "side is 'middle', expected one of right, left"),
+        ({"start_pose": "lying"}, "start_pose is 'lying', expected one of known, unknown"),
+        ({"still_s": (90.0, 95.0)}, "file.csv: no gyroscope sample in still_s 90-95 s"),
+    ],
+)
+def test_wrong_choices_are_one_line(walk, options, message):
+    with pytest.raises(UserError, match=f"^{message}"):
+        predict(sensor_on(walk), NETWORK, where="file.csv", **options)
+
+
+def test_what_a_recording_lacks_is_said(walk, motion):
+    recording = sensor_on(walk)
+    no_force = replace(recording, accelerometer_m_s2=np.full((recording.n_samples, 3), np.nan))
+    with pytest.raises(RecordingError, match=r"^w: frame=walking needs an accelerometer"):
+        predict(no_force, NETWORK, frame="walking", where="w")
+    nothing = replace(recording, gyroscope_rad_s=np.full((recording.n_samples, 3), np.nan))
+    with pytest.raises(RecordingError, match=r"^w: no two gyroscope samples within 0\.05 s"):
+        predict(nothing, NETWORK, where="w")
+    walking = sensor_on(motion("walking"))
+    moving = ImuRecording(
+        "imu",
+        walking.time_s[:3000],
+        walking.gyroscope_rad_s[300:3300],
+        walking.accelerometer_m_s2[300:3300],
+    )
+    with pytest.raises(RecordingError, match=r"^w: start_pose=known with frame=walking needs"):
+        predict(moving, NETWORK, start_pose="known", where="w")
+    still = sensor_on(motion("tilted"))
+    with pytest.raises(RecordingError, match=r"^w: .*is it walking"):
+        predict(still, NETWORK, where="w")
+    with pytest.raises(UserError, match=r"^sampling_rate_hz is 0, expected a positive number"):
+        angles_from_gyroscope(recording.gyroscope_rad_s, 0)
+
+
+@pytest.mark.skipif(
+    not (resources.files("narx.inference") / "shipped.pt").is_file(), reason="no network ships yet"
+)
+def test_the_shipped_network_follows_a_walk(walk):
+    angles = angles_from_gyroscope(sensor_on(walk).gyroscope_rad_s, 100.0)
+    error = (angles - walk.angles_rad)[500:, 0]
+    assert np.sqrt(np.mean(error**2)) < np.radians(5.0)

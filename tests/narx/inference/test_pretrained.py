@@ -1,0 +1,47 @@
+"""The shipped network: sound, and what its command makes."""
+
+import numpy as np
+import pytest
+import torch
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from narx.experiments.networks import train
+from narx.experiments.sources import combined_index, open_sources
+from narx.inference.pretrained import shipped_checkpoint
+
+
+def test_it_is_stable_and_knows_where_it_comes_from():
+    checkpoint = shipped_checkpoint()
+    stability = checkpoint.history["stability"]
+    assert stability["largest_pole"] < 1.0
+    assert stability["contraction_bound"] < 1.0
+    assert stability["stable"]
+    assert checkpoint.model.odd
+    assert checkpoint.model.coupled
+    assert all(name.startswith("smartphone_pocket/") for name in checkpoint.history["trained_on"])
+    assert "data_root" not in checkpoint.history["config"]
+
+
+@pytest.mark.recordings
+@pytest.mark.slow
+def test_its_command_makes_it_again(data_root, request):
+    folder = request.config.rootpath / "configs"
+    with initialize_config_dir(str(folder), version_base="1.3"):
+        cfg = compose(
+            "train",
+            overrides=["data=smartphone_pocket", f"data_root={data_root}", "split=everything"],
+        )
+    sources = open_sources(cfg)
+    index = combined_index(sources)
+    # walkers whose folders came later are not among those it was trained on
+    shipped = shipped_checkpoint()
+    rng = np.random.default_rng(cfg.seed)
+    (fold,) = instantiate(cfg.split)(index[index["subject"].isin(["Guillaume", "Thibaud"])], rng)
+    again = train(cfg, sources, fold, rng, lambda iteration, numbers: None)
+    # bit for bit on the machine that made it; elsewhere as far as another processor rounds
+    torch.testing.assert_close(
+        again.model.weights.detach(), shipped.model.weights.detach(), rtol=1e-6, atol=1e-9
+    )
+    once_more = train(cfg, sources, fold, np.random.default_rng(cfg.seed), lambda i, n: None)
+    assert torch.equal(again.model.weights, once_more.model.weights)

@@ -1,0 +1,57 @@
+"""Bringing a recording to a network's clock and back keeps what the gyroscope integrated."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import cumulative_trapezoid
+
+from narx.inference.rate_conversion import RateConversion
+
+RATES_HZ = st.sampled_from([50.0, 94.3, 100.0, 199.0, 500.0])
+
+
+@settings(deadline=None, max_examples=30)
+@given(recording=RATES_HZ, network=RATES_HZ, seed=st.integers(0, 50))
+def test_nothing_that_turned_is_lost(recording, network, seed):
+    rates = np.random.default_rng(seed).normal(size=(200, 3))
+    conversion = RateConversion(rates, recording, network)
+    ticks = conversion.network_rates_rad_s
+    integral = cumulative_trapezoid(rates, dx=1 / recording, axis=0, initial=0.0)
+    # whatever the noise, an integrator at the network's ticks stays within half a tick of it
+    joined = cumulative_trapezoid(ticks, dx=1 / network, axis=0, initial=0.0)
+    back = conversion.to_recording(joined)
+    bound = np.abs(rates).max() * (1 / network + 1 / recording)
+    assert np.abs(back - integral).max() < bound
+
+
+@settings(deadline=None, max_examples=30)
+@given(recording=RATES_HZ, network=RATES_HZ, phase=st.floats(0, 6.3))
+def test_an_integrator_comes_back_without_delay(recording, network, phase):
+    """A swing of 40 degrees at the pace of a leg; half a sample late would be 1.3 degrees."""
+    time = np.arange(round(5 * recording)) / recording
+    angle = 0.35 * np.sin(2 * np.pi * 0.9 * time + phase)
+    rates = 0.35 * 2 * np.pi * 0.9 * np.cos(2 * np.pi * 0.9 * time + phase)
+    conversion = RateConversion(rates[:, None], recording, network)
+    ticks = conversion.network_rates_rad_s
+    back = conversion.to_recording(
+        angle[0] + cumulative_trapezoid(ticks, dx=1 / network, axis=0, initial=0.0)
+    )
+    np.testing.assert_allclose(np.rad2deg(back[:, 0] - angle), 0.0, atol=0.2)
+
+
+@pytest.mark.parametrize("rate_hz", [50.0, 100.0, 500.0])
+def test_same_rate_keeps_samples_but_for_the_noise_above_half_of_it(rate_hz):
+    rates = np.cumsum(np.random.default_rng(0).normal(size=(50, 2)), axis=0)
+    ticks = RateConversion(rates, rate_hz, rate_hz).network_rates_rad_s
+    means = (rates[1:] + rates[:-1]) / 2
+    np.testing.assert_allclose(ticks[1:-1], (means[1:] + means[:-1]) / 2, atol=1e-12)
+    straight = np.linspace(1, 2, 50)[:, None]
+    ticks = RateConversion(straight, rate_hz, rate_hz).network_rates_rad_s
+    np.testing.assert_allclose(ticks[1:-1], straight[1:-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2])
+def test_very_short_recordings(n):
+    conversion = RateConversion(np.ones((n, 3)), 100.0, 500.0)
+    assert conversion.to_recording(np.zeros_like(conversion.network_rates_rad_s)).shape == (n, 3)

@@ -1,0 +1,81 @@
+"""The stability statement on networks whose stability is known."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
+from narx.network.stability import stability_statement
+from narx.training.initial_weights import random_weights
+
+RATE_HZ = 50.0
+
+
+def linear_network(a1, a2, gain, coupled=False):
+    """A network that is p_k = gain v_k + a1 p_{k-1} + a2 p_{k-2} for small arguments."""
+    model = Narx(RATE_HZ, Normalisation(2.0, 0.4, rate_rms_rad_s=0.7), coupled=coupled)
+    slope = 0.02
+    with torch.no_grad():
+        model.weights[0], model.weights[2], model.weights[3] = slope * gain, slope * a1, slope * a2
+        model.weights[model.structure.w2.start] = 1.0 / slope
+    return model
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_leaky_integrator(coupled):
+    pole = math.exp(-1.0 / (RATE_HZ * 0.8))  # a time constant of 0.8 s
+    statement = stability_statement(linear_network(pole, 0.0, 0.01, coupled))
+    assert statement.operating_point_rad == 0.0
+    assert statement.largest_pole == pytest.approx(pole)
+    assert statement.time_constant_s == pytest.approx(0.8)
+    assert statement.gain_at_zero_frequency_s == pytest.approx(0.01 / (1 - pole) * 0.4 / 2.0)
+    assert statement.contracts
+    assert statement.recovers
+    assert statement.stable
+    assert statement.contraction_ratio < 0.01
+    assert statement.output_bound_rad == pytest.approx(50.0 * 0.4)
+    json.dumps(vars(statement))
+
+
+def test_an_oscillator_has_complex_poles():
+    radius, angle = 0.9, 0.3
+    statement = stability_statement(linear_network(2 * radius * math.cos(angle), -(radius**2), 0.1))
+    poles = np.array([complex(*pole) for pole in statement.poles])
+    np.testing.assert_allclose(np.sort_complex(poles), radius * np.exp([-1j * angle, 1j * angle]))
+    assert statement.stable
+
+
+def test_a_pole_outside_the_unit_circle_is_seen():
+    """tanh bounds the output, so it must not be judged by the output."""
+    statement = stability_statement(linear_network(1.02, 0.0, 0.01))
+    assert statement.largest_pole == pytest.approx(1.02)
+    assert statement.time_constant_s is None
+    assert not statement.contracts
+    assert not statement.stable
+    assert math.isfinite(statement.excursion_rad)
+    assert statement.excursion_rad <= statement.output_bound_rad
+    json.dumps(vars(statement))
+
+
+def test_contraction_bound_proves_where_it_can():
+    statement = stability_statement(linear_network(0.9, 0.0, 0.1))
+    assert statement.contraction_bound < 1.0
+    assert statement.stable
+
+
+def test_operating_point_of_a_network_with_biases():
+    model = Narx(RATE_HZ, Normalisation(2.0, 0.4, 0.1, 0.05), odd=False, coupled=False)
+    with torch.no_grad():
+        model.weights.copy_(torch.from_numpy(random_weights(model, np.random.default_rng(0))))
+    statement = stability_statement(model)
+    rest, _ = model(torch.zeros(1, 60 * int(RATE_HZ), 3, dtype=torch.float64))
+    assert statement.operating_point_rad == pytest.approx(rest[0, -1, 0].item(), abs=1e-3)
+    # the gain is the slope of the angle at rest against a small constant rate
+    small = torch.full((1, 60 * int(RATE_HZ), 3), 1e-5, dtype=torch.float64)
+    moved, _ = model(small)
+    slope = (moved[0, -1, 0] - rest[0, -1, 0]).item() / 1e-5
+    assert statement.gain_at_zero_frequency_s == pytest.approx(slope, rel=1e-2)

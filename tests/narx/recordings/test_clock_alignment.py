@@ -1,0 +1,97 @@
+"""Clock offset and mounting, recovered from motions whose truth is known."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from narx.errors import RecordingError
+from narx.recordings.clock_alignment import (
+    estimate_clock_offset,
+    estimate_heading_misalignment,
+    estimate_misalignment,
+)
+
+_RATE_HZ = 1000.0
+
+
+def _motion(seed=0, duration_s=20.0):
+    """Orientation (fine clock) and exact body rates of a smooth random motion."""
+    rng = np.random.default_rng(seed)
+    knots = np.arange(0.0, duration_s + 1.0, 0.15)
+    rate = CubicSpline(knots, rng.normal(scale=1.5, size=(len(knots), 3)))
+    time = np.arange(0.0, duration_s, 1.0 / _RATE_HZ)
+    steps = Rotation.from_rotvec(rate(time + 0.5 / _RATE_HZ) / _RATE_HZ)
+    orientation = [Rotation.identity()]
+    for step in steps[:-1]:
+        orientation.append(orientation[-1] * step)
+    return time, Rotation.concatenate(orientation), rate
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return _motion()
+
+
+def _optical(motion, rate_hz):
+    time, orientation, _ = motion
+    every = round(_RATE_HZ / rate_hz)
+    return time[::every], orientation[::every].as_quat(scalar_first=True)
+
+
+@pytest.mark.parametrize("offset_s", [0.0, 0.0137, -0.1234])
+def test_sub_sample_clock_offset_is_recovered(motion, offset_s):
+    imu_time = np.arange(0.5, 19.0, 1 / 94.0)
+    gyroscope = motion[2](imu_time - offset_s)
+    optical_time, quaternion = _optical(motion, 62.5)
+    found, correlation = estimate_clock_offset(imu_time, gyroscope, optical_time, quaternion)
+    assert found == pytest.approx(offset_s, abs=2e-4)
+    assert correlation > 0.999
+
+
+def test_offset_survives_mounting_noise_and_gaps(motion):
+    rng = np.random.default_rng(3)
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    mounting = Rotation.random(random_state=4)
+    gyroscope = mounting.apply(motion[2](imu_time - 0.021))
+    gyroscope += rng.normal(scale=0.05, size=gyroscope.shape)
+    gyroscope[400:460] = np.nan
+    optical_time, quaternion = _optical(motion, 62.5)
+    quaternion[300:420] = np.nan
+    found, _ = estimate_clock_offset(imu_time, gyroscope, optical_time, quaternion)
+    assert found == pytest.approx(0.021, abs=1e-3)
+
+
+def test_mounting_and_bias_are_recovered_despite_tracking_faults(motion):
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    mounting = Rotation.random(random_state=5)
+    bias = np.array([0.05, -0.02, 0.01])
+    gyroscope = mounting.apply(motion[2](imu_time - 0.0081)) + bias
+    optical_time, quaternion = _optical(motion, 62.5)
+    quaternion[::100] = Rotation.random(len(quaternion[::100]), random_state=6).as_quat()
+    found = estimate_misalignment(imu_time, gyroscope, optical_time, quaternion, offset_s=0.0081)
+    assert np.degrees((found.body_to_sensor * mounting.inv()).magnitude()) < 0.1
+    assert found.rate_offset_rad_s == pytest.approx(bias, abs=2e-3)
+    assert 0.9 < found.inlier_share < 0.99
+    assert found.residual_rad_s < 0.05
+
+
+def test_heading_misalignment_is_recovered(motion):
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    turned = Rotation.from_euler("Z", 0.31).apply(motion[2](imu_time))
+    optical_time, quaternion = _optical(motion, 100.0)
+    angle = estimate_heading_misalignment(imu_time, turned, optical_time, quaternion)
+    assert angle == pytest.approx(0.31, abs=2e-3)
+
+
+def test_motions_that_do_not_belong_together_are_refused(motion):
+    imu_time = np.arange(0.0, 19.0, 1 / 100.0)
+    optical_time, quaternion = _optical(motion, 62.5)
+    with pytest.raises(RecordingError, match="no offset within"):
+        estimate_clock_offset(imu_time, np.ones((len(imu_time), 3)), optical_time, quaternion)
+    with pytest.raises(RecordingError, match="too few gyroscope samples"):
+        estimate_clock_offset([0.0], np.zeros((1, 3)), optical_time, quaternion)
+    with pytest.raises(RecordingError, match="intervals of the reference"):
+        estimate_clock_offset(
+            imu_time, motion[2](imu_time), optical_time, np.full_like(quaternion, np.nan)
+        )

@@ -1,0 +1,222 @@
+"""The solver against scipy, and each of its parts against what it promises."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.optimize import least_squares
+
+from narx.network.structure import NarxStructure
+from narx.training.least_squares.axis import NetworkFit
+from narx.training.least_squares.damping import Damping, damped_steps, step_by_qr
+from narx.training.least_squares.solver import Options, levenberg_marquardt
+from narx.training.least_squares.stopping import ResultCode, Stopping
+from narx.training.multi_start import biases, normal_starts
+
+DEFAULT = NarxStructure()
+
+
+def signals(n=600, noise=0.0, seed=0):
+    """A saturated leaky integrator of a gait-like rate."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(n) / 100.0
+    v = np.sin(2 * np.pi * 0.9 * time_s) + 0.4 * np.sin(2 * np.pi * 1.8 * time_s + 1.0)
+    p = np.zeros(n)
+    for k in range(1, n):
+        p[k] = 0.97 * p[k - 1] + 0.05 * np.tanh(v[k])
+    return torch.from_numpy(v)[:, None], torch.from_numpy(p + noise * rng.standard_normal(n))
+
+
+class Curve:
+    """Rosenbrock's function and friends as a least-squares problem."""
+
+    n_weights = 2
+    n_residuals = 2
+
+    def residuals(self, weights):
+        x, y = weights
+        jac = np.array([[-20.0 * x, 10.0], [-1.0, 0.0]])
+        return np.array([10.0 * (y - x * x), 1.0 - x]), jac
+
+    def products(self, weights):
+        out = []
+        for w in weights:
+            r, j = self.residuals(w)
+            both = np.column_stack([j, r])
+            out.append(both.T @ both)
+        return np.array(out)
+
+
+@pytest.mark.parametrize("scaling", ["identity", "diagonal"])
+@pytest.mark.parametrize("policy", ["factor", "gain_ratio"])
+@pytest.mark.parametrize("solve", ["cholesky", "qr", "auto"])
+def test_rosenbrock(scaling, policy, solve):
+    options = Options(Stopping(max_evaluations=300), Damping(scaling, policy), solve)
+    result = levenberg_marquardt(Curve(), [[-1.2, 1.0], [2.0, -3.0]], options)
+    np.testing.assert_allclose(result.weights, 1.0, atol=1e-6)
+    assert all(code != ResultCode.NOT_FINITE for code in result.codes)
+
+
+def test_no_kept_step_raises_the_cost():
+    inputs, targets = signals(noise=0.01)
+    fit = NetworkFit(inputs, targets, structure=DEFAULT)
+    starts = normal_starts(DEFAULT, 9, np.random.default_rng(0))
+    result = levenberg_marquardt(fit, starts, Options(Stopping(max_evaluations=40)))
+    cost = result.history["cost"]
+    assert (np.diff(cost, axis=0)[~np.isnan(np.diff(cost, axis=0))] <= 0).all()
+    assert cost.shape == result.history["damping"].shape == result.history["gradient"].shape
+    np.testing.assert_allclose(0.5 * fit.products(result.weights)[:, -1, -1], result.cost)
+
+
+def test_reaches_the_cost_of_scipy_from_the_same_start():
+    inputs, targets = signals(300, noise=0.01)
+    fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
+    # starts in one valley: from far away, chance decides which of many equal ones is met
+    rng = np.random.default_rng(1)
+    options = Options(Stopping(max_evaluations=600))
+    valley = levenberg_marquardt(fit, normal_starts(DEFAULT, 1, rng), options).weights
+    starts = valley * (1.0 + 0.2 * rng.standard_normal((3, 19)))
+    result = levenberg_marquardt(fit, starts, options)
+    for start, cost in zip(starts, result.cost, strict=True):
+        theirs = least_squares(
+            lambda w: fit.residuals(w)[0],
+            start,
+            lambda w: fit.residuals(w)[1],
+            method="lm",
+            max_nfev=600,
+        )
+        assert cost <= theirs.cost * (1.0 + 1e-3)
+
+
+def test_starts_are_trained_each_on_its_own():
+    inputs, targets = signals()
+    fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
+    starts = normal_starts(DEFAULT, 5, np.random.default_rng(2))
+    options = Options(Stopping(max_evaluations=5))
+    together = levenberg_marquardt(fit, starts, options)
+    again = levenberg_marquardt(fit, starts, options)
+    np.testing.assert_array_equal(together.weights, again.weights)
+    for i, start in enumerate(starts):
+        alone = levenberg_marquardt(fit, start, options)
+        np.testing.assert_allclose(together.cost[i], alone.cost[0], rtol=1e-6)
+
+
+def test_trainable_weights_only():
+    inputs, targets = signals()
+    fit = NetworkFit(inputs, targets, structure=DEFAULT)
+    starts = normal_starts(DEFAULT, 3, np.random.default_rng(3), odd=True)
+    held = biases(DEFAULT)
+    assert held.sum() == 4
+    result = levenberg_marquardt(
+        fit, starts, Options(Stopping(max_evaluations=10)), trainable=~held
+    )
+    assert not result.weights[:, held].any()
+    assert (result.cost < 0.5 * fit.products(starts)[:, -1, -1]).all()
+
+
+def test_the_step_solves_the_augmented_system():
+    rng = np.random.default_rng(4)
+    jac, r, w = rng.standard_normal((40, 6)), rng.standard_normal(40), rng.standard_normal(6)
+    both = np.column_stack([jac, r])
+    free = np.array([0, 2, 3, 5])
+    mu, decay = 0.3, 0.2
+    for diagonal in (False, True):
+        trial, numbers = np.empty((1, 6)), [np.empty(1) for _ in range(3)]
+        damped_steps(
+            np.array([0]), (both.T @ both)[None], w[None], free, np.array([mu]),
+            np.array([decay]), diagonal, trial, *numbers,
+        )  # fmt: skip
+        steps = trial - w
+        by_qr, promised = step_by_qr(r, jac, w, free, mu, decay, diagonal)
+        j = jac[:, free]
+        scale = np.diag(j.T @ j) if diagonal else np.ones(4)
+        matrix = j.T @ j + decay * np.eye(4) + mu * np.diag(scale)
+        expected = np.linalg.solve(matrix, -(j.T @ r + decay * w[free]))
+        np.testing.assert_allclose(steps[0, free], expected)
+        np.testing.assert_allclose(by_qr[free], expected)
+        assert not steps[0, [1, 4]].any()
+        # the decrease that the quadratic model promises
+        s = expected
+        model = (j.T @ r + decay * w[free]) @ s + 0.5 * s @ (j.T @ j + decay * np.eye(4)) @ s
+        np.testing.assert_allclose([numbers[0][0], promised], -model)
+
+
+def test_qr_where_the_normal_equations_are_too_ill_conditioned():
+    """Two columns that differ by 1e-9: their squares do not differ in float64."""
+    rng = np.random.default_rng(5)
+    a = rng.standard_normal(50)
+    jac = np.column_stack([a, a + 1e-9 * rng.standard_normal(50)])
+    wanted = jac @ np.array([1.0, 1.0])
+
+    class Line:
+        n_weights, n_residuals = 2, 50
+
+        def residuals(self, weights):
+            return jac @ weights - wanted, jac
+
+        def products(self, weights):
+            both = [np.column_stack([jac, jac @ w - wanted]) for w in weights]
+            return np.array([b.T @ b for b in both])
+
+    damping = Damping(initial=1e-27, smallest=1e-30)
+    options = Options(Stopping(max_evaluations=5), damping, "auto")
+    result = levenberg_marquardt(Line(), [3.0, 5.0], options)
+    np.testing.assert_allclose(result.weights[0], 1.0, atol=1e-5)
+
+
+def test_codes():
+    inputs, targets = signals()
+    fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
+    start = normal_starts(DEFAULT, 1, np.random.default_rng(0))
+    few = levenberg_marquardt(fit, start, Options(Stopping(max_evaluations=2)))
+    assert few.codes == [ResultCode.EVALUATIONS]
+    assert few.n_evaluations[0] == 2
+    low = levenberg_marquardt(fit, start, Options(Stopping(cost=1e-2)))
+    assert low.codes == [ResultCode.COST]
+    stalled = levenberg_marquardt(
+        fit, start, Options(Stopping(max_evaluations=500, cost_change=1e-2))
+    )
+    assert stalled.codes == [ResultCode.COST_CHANGE]
+    lost = levenberg_marquardt(fit, np.full((1, 19), np.nan))
+    assert lost.codes == [ResultCode.NOT_FINITE]
+    exact = levenberg_marquardt(Curve(), [1.0, 1.0])
+    assert exact.codes[0] in (ResultCode.GRADIENT, ResultCode.DAMPING)
+    assert exact.n_evaluations[0] < 100
+
+
+def test_validation_stops_and_returns_the_best():
+    inputs, targets = signals(200, noise=0.2)
+    fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
+    others = NetworkFit(*signals(200, noise=0.2, seed=1), structure=DEFAULT, horizon=1)
+    start = normal_starts(DEFAULT, 1, np.random.default_rng(0))
+    options = Options(Stopping(max_evaluations=400, patience=3, validate_every=2))
+    result = levenberg_marquardt(fit, start, options, validation=others)
+    assert result.codes == [ResultCode.VALIDATION]
+    n = int(result.n_evaluations[0])
+    assert n < 400
+    same_way = levenberg_marquardt(fit, start, Options(Stopping(max_evaluations=n)))
+    held_back, at_the_end = (others.products(r.weights)[0, -1, -1] for r in (result, same_way))
+    assert held_back < at_the_end
+    assert result.cost[0] > same_way.cost[0]
+
+
+def test_weight_decay_and_bayesian_regularisation():
+    inputs, targets = signals(200, noise=0.05)
+    fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
+    start = normal_starts(DEFAULT, 1, np.random.default_rng(0))
+    plain = levenberg_marquardt(fit, start)
+    decayed = levenberg_marquardt(fit, start, Options(weight_decay=1.0))
+    assert np.linalg.norm(decayed.weights) < np.linalg.norm(plain.weights)
+    ends = []
+    for first in (0.0, 1.0):
+        options = Options(Stopping(max_evaluations=300), weight_decay=first, bayesian=True)
+        ends.append(levenberg_marquardt(fit, start, options))
+    for end in ends:
+        # the fixed point of MacKay's rule: decay = gamma E_D / (E_W (N - gamma))
+        products = fit.products(end.weights)[0]
+        jtj = np.tril(products[:-1, :-1])
+        jtj = jtj + np.tril(jtj, -1).T
+        decay = end.weight_decay[0]
+        gamma = 19 - decay * np.trace(np.linalg.inv(jtj + decay * np.eye(19)))
+        rule = gamma * products[-1, -1] / ((end.weights**2).sum() * (200 - gamma))
+        np.testing.assert_allclose(decay, rule, rtol=0.05)
+        assert 0 < gamma < 19
