@@ -19,7 +19,18 @@ _NO_JACOBIAN = np.empty((0, 0, 3, 0))
 
 
 def flat_sets(weights: Tensor) -> FloatArray:
-    """Bring weights (P,) or (3, P) into the shape (1, sets, P)."""
+    """Bring weights into the shape that `CoupledBatch` takes.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (P,) or (3, P)
+        Flat weights, one set for all axes or a set for each.
+
+    Returns
+    -------
+    ndarray, shape (1, sets, P)
+        The same in float64.
+    """
     return flat(weights, 1)[None]
 
 
@@ -27,8 +38,22 @@ def flat_sets(weights: Tensor) -> FloatArray:
 class Wanted:
     """What the outputs are compared with, as arrays.
 
-    targets (B, N, 3): normalised outputs, NaN where there are none; with `given` the residuals
-    themselves. roots (B,): root of each sequence's weight. lengths (B,): samples that count.
+    Parameters
+    ----------
+    targets : ndarray, shape (B, N, 3)
+        Normalised outputs, NaN where they are missing; with `given` the residuals themselves.
+    roots : ndarray, shape (B,), optional
+        Square root of each sequence's weight; 1 if not given.
+    lengths : ndarray of int, shape (B,), optional
+        Samples of each sequence that are run; all if not given.
+    washout : int
+        Initial samples of each sequence that do not count.
+    n_axes : int
+        2 leaves out the transverse axis, on which the others do not depend.
+    offset_free : bool
+        Subtract each sequence's mean residual, axis by axis.
+    given : bool
+        `targets` are residuals already.
     """
 
     targets: FloatArray
@@ -41,7 +66,25 @@ class Wanted:
 
 
 class CoupledBatch:
-    """Rates (..., N, 3), states (..., 3, S) and postures (..., 3) as flat arrays."""
+    """Sequences of three axes as flat arrays (B sequences), and the kernels that run them.
+
+    Parameters
+    ----------
+    rates : Tensor, shape (..., N, 3)
+        Gyroscope about the sagittal, frontal and transverse axis, rad/s.
+    state : Tensor, shape (..., 3, n_state)
+        Normalised state before the first sample.
+    posture : Tensor, shape (..., 3)
+        Angles at a network output of zero, rad.
+    rate_scale : Tensor, shape (3,)
+        Rate that is 1 to the network, rad/s.
+    angle_scale : Tensor, shape (3,)
+        Angle that an output of 1 stands for, rad.
+    structure : NarxStructure
+        Sizes of the network; one input.
+    tanh : {"rational", "exact"}
+        As in `narx.network.coupled_loop.coupled_closed_loop`.
+    """
 
     def __init__(
         self,
@@ -60,7 +103,20 @@ class CoupledBatch:
         self.shape, self.exact = kernel_shape(structure), EXACT[tanh]
 
     def run(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Angles (B, N, 3) and final states (B, 3, S) with weights (B or 1, sets, P)."""
+        """Run the sequences.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (B or 1, sets, P)
+            Weights of each sequence, or of all.
+
+        Returns
+        -------
+        angles : ndarray, shape (B, N, 3)
+            Angles, rad.
+        final : ndarray, shape (B, 3, n_state)
+            State after the last sample.
+        """
         angles, final = np.empty_like(self.rates), np.empty_like(self.state)
         lanes = lanes_for(len(angles))
 
@@ -76,10 +132,24 @@ class CoupledBatch:
     def products(
         self, weights: FloatArray, wanted: Wanted
     ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
-        """Products of residuals and derivatives, for each row of weights (R, sets, P).
+        """Multiply residuals and their derivatives, for each start.
 
-        Returns products (R, 3 axes, K, K), lower triangle, row sets * P the residuals', all in
-        normalised outputs; counts of residuals (B, 3); final states (B, 3, S) of the last row.
+        Parameters
+        ----------
+        weights : ndarray, shape (R, sets, P)
+            Weights of each start.
+        wanted : Wanted
+            What the outputs are compared with.
+
+        Returns
+        -------
+        products : ndarray, shape (R, 3, K, K)
+            Axis by axis, lower triangle, in normalised outputs; row ``sets * P`` is that of the
+            residuals, and K is rounded up to a multiple of four.
+        counts : ndarray of int, shape (B, 3)
+            Residuals that count.
+        final : ndarray, shape (B, 3, n_state)
+            State after the last sample with the last row of weights.
         """
         n_sequences, n_restarts = len(self.rates), len(weights)
         n_rows = weights[0].size // 4 * 4 + 4
@@ -110,7 +180,18 @@ class CoupledBatch:
         return by_restart[:n_restarts], counts, final
 
     def jacobian(self, weights: FloatArray) -> FloatArray:
-        """Derivatives of the angles (B, N, 3, sets * P) with weights (1, sets, P), rad."""
+        """Compute the derivatives of the angles by the weights.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (1, sets, P)
+            Weights of all sequences.
+
+        Returns
+        -------
+        ndarray, shape (B, N, 3, sets * P)
+            Derivatives, rad.
+        """
         n_weights = weights[0].size
         jac = np.zeros((*self.rates.shape, n_weights))
         groups = np.zeros((len(self.rates), 1, 1, 2), dtype=np.int64)

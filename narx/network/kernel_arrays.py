@@ -11,25 +11,69 @@ from narx.kernels.lanes import SCALAR, VECTOR, length
 from narx.network.structure import NarxStructure
 from narx.types import FloatArray
 
-# what the kernels specialise on: None is the type that says no
+# the kernels specialise on the type of this argument: None selects the rational tanh
 EXACT = {"rational": None, "exact": True}
 
 
 @lru_cache
 def kernel_shape(structure: NarxStructure) -> tuple[tuple[int, ...], ...]:
-    """Sizes of a network in the lengths of tuples, for the kernels to see when compiled."""
+    """Write the sizes of a network as lengths of tuples, which are known at compile time.
+
+    Parameters
+    ----------
+    structure : NarxStructure
+        Sizes of the network.
+
+    Returns
+    -------
+    tuple of tuple of int
+        A tuple of zeros for each of the structure's sizes.
+    """
     return tuple(length(n) for n in structure.sizes)
 
 
 def lanes_for(n_sequences: int) -> tuple[int, ...]:
-    """One sequence alone, or eight in step."""
+    """Choose how many sequences run in step: one alone, or eight.
+
+    Parameters
+    ----------
+    n_sequences : int
+        Number of sequences.
+
+    Returns
+    -------
+    tuple of int
+        As long as there are lanes.
+    """
     return SCALAR if n_sequences == 1 else VECTOR
 
 
 def broadcast(
     weights: Tensor, inputs: Tensor, state: Tensor | None, structure: NarxStructure
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Check last dimensions and expand the leading ones; a missing state is zero."""
+    """Check last dimensions and expand the leading ones; a missing state is zero.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (..., P)
+        Flat weights.
+    inputs : Tensor, shape (..., N, n_inputs)
+        Normalised inputs.
+    state : Tensor, shape (..., n_state), or None
+        State before the first sample.
+    structure : NarxStructure
+        Sizes of the network.
+
+    Returns
+    -------
+    weights, inputs, state : Tensor
+        With the same leading dimensions.
+
+    Raises
+    ------
+    ValueError
+        If a last dimension does not fit the structure.
+    """
     if inputs.ndim < 2 or inputs.shape[-1] != structure.n_inputs:
         raise ValueError(f"inputs {tuple(inputs.shape)}, expected (..., N, {structure.n_inputs})")
     if weights.shape[-1:] != (structure.n_weights,):
@@ -48,14 +92,38 @@ def broadcast(
 
 
 def flat(tensor: Tensor, keep: int) -> FloatArray:
-    """Flatten all but the last `keep` dimensions into one; contiguous float64."""
+    """Flatten all but the last `keep` dimensions into one.
+
+    Parameters
+    ----------
+    tensor : Tensor, shape (..., *last)
+        Numbers of any floating type.
+    keep : int
+        Number of last dimensions that stay.
+
+    Returns
+    -------
+    ndarray, shape (B, *last)
+        Contiguous float64.
+    """
     array = tensor.detach().to(torch.float64).numpy()
     n_rows = int(np.prod(tensor.shape[: tensor.ndim - keep], dtype=np.int64))
     return np.ascontiguousarray(array).reshape(n_rows, *tensor.shape[tensor.ndim - keep :])
 
 
 def flat_weights(weights: Tensor) -> FloatArray:
-    """Flatten as `flat` does; weights that all sequences share stay one row."""
+    """Flatten as `flat` does; weights that all sequences share stay one row.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (..., P)
+        Flat weights, expanded or not.
+
+    Returns
+    -------
+    ndarray, shape (B, P) or (1, P)
+        Contiguous float64.
+    """
     if all(s == 0 or n == 1 for n, s in zip(weights.shape[:-1], weights.stride(), strict=False)):
         shared = weights[(0,) * (weights.ndim - 1)] if weights.numel() else weights.new_zeros(1)
         return flat(shared, 1).reshape(1, -1)
@@ -63,12 +131,40 @@ def flat_weights(weights: Tensor) -> FloatArray:
 
 
 def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
-    """Give an array the shape and type that the caller's tensors have."""
+    """Give an array the shape and type that the caller's tensors have.
+
+    Parameters
+    ----------
+    array : ndarray
+        Numbers from a kernel.
+    shape : tuple of int
+        Shape of the result.
+    like : Tensor
+        Its type is that of the result.
+
+    Returns
+    -------
+    Tensor
+        The same numbers.
+    """
     return torch.from_numpy(array).reshape(shape).to(like.dtype)
 
 
 def in_lanes(n: int, width: int) -> NDArray[np.int64]:
-    """Numbers 0 to n in rows of `width`, the last filled up with -1."""
+    """Arrange the numbers below `n` in rows of `width`.
+
+    Parameters
+    ----------
+    n : int
+        How many numbers.
+    width : int
+        Numbers in a row.
+
+    Returns
+    -------
+    ndarray of int, shape (rows, width)
+        The last row is filled up with -1.
+    """
     numbers = np.full((-(-n // width), width), -1)
     numbers.reshape(-1)[:n] = np.arange(n)
     return numbers
