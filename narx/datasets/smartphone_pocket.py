@@ -1,4 +1,4 @@
-"""Smartphones in a front trouser pocket, walking freely, beside an optical reference.
+"""Smartphones in a trouser pocket or a hand, walking freely, beside an optical reference.
 
 Michel, Genevès, Fourati, Layaïda: Attitude estimation for indoor navigation and augmented
 reality with smartphones, Pervasive and Mobile Computing 46, 2018; the files are
@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from narx.datasets.base import TrialSource
+from narx.datasets.base import INDEX_COLUMNS, TrialSource
 from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.text_table import read_numbers
@@ -23,8 +23,10 @@ from narx.recordings.resampling import uniform_clock
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, Trial
 from narx.types import FloatArray
 
-_SEGMENT = "thigh"  # which pocket, left or right, is not recorded
-_TRIAL_FOLDER = re.compile(r"(?P<walker>[^_]+)_(?P<phone>[^_]+)_(?P<condition>.+_FrontPocket)")
+# beside the trials lie the still recordings, calib_gyr_<phone>
+_TRIAL_FOLDER = re.compile(
+    r"(?!calib_)(?P<walker>[^_]+)_(?P<phone>[^_]+)_(?P<condition>[^_]+_(?P<motion>[^_]+))"
+)
 _SYSTEMS = ("android", "ios")
 # the phones' longest regular interval is 21 ms, the optical system's 17 ms
 _MAX_GAP_S = 0.05
@@ -32,15 +34,21 @@ _MAX_OPTICAL_GAP_S = 0.025
 
 
 class SmartphonePocket(TrialSource):
-    """Pocket walks: subject is the walker, trial the phone.
+    """Walks with a phone: subject is the walker, trial the phone, condition field and motion.
+
+    In a pocket (a motion that ends in ``Pocket``) the phone is on the segment ``thigh``; which
+    thigh, left or right, is not recorded. Any other motion (texting, phoning, swinging the phone
+    in the hand) is a ``hand``, which has no swing to calibrate from: ``auto`` takes the
+    sensor's frame.
 
     Parameters
     ----------
     root : path-like, optional
         Folder with ``android``, ``ios`` and ``qualisys`` as published; without it, the
-        published files are downloaded once. Every folder
-        ``<walker>_<phone>_<condition>_FrontPocket`` in it is a trial, so walkers that are added
-        later are found.
+        published files are downloaded once. Every folder ``<walker>_<phone>_<field>_<motion>``
+        in it is a trial, so walkers that are added later are found. The field is ``NoDist`` or
+        ``Dist`` (magnetically disturbed); ``<field>_<motion>`` is the condition, by which
+        `select` chooses.
     sampling_rate_hz : float
         Rate of the uniform clock, Hz.
     """
@@ -54,26 +62,29 @@ class SmartphonePocket(TrialSource):
     def _list_trials(self) -> pd.DataFrame:
         folder = find_recordings(self.name, self._root)
         rows = [
-            (match["walker"], match["condition"], match["phone"], match["phone"])
+            (match["walker"], match["condition"], match["phone"], match["phone"], match["motion"])
             for system in _SYSTEMS
-            for path in sorted((folder / system).glob("*_FrontPocket"))
+            for path in sorted((folder / system).glob("*"))
             if path.is_dir() and (match := _TRIAL_FOLDER.fullmatch(path.name))
         ]
         if not rows:
             raise RecordingError(
                 f"{folder}: no trial; expected folders like "
-                "android/<walker>_<phone>_<condition>_FrontPocket"
+                "android/<walker>_<phone>_NoDist_FrontPocket"
             )
-        index = pd.DataFrame(rows, columns=["subject", "condition", "trial", "device"])
+        index = pd.DataFrame(rows, columns=[*INDEX_COLUMNS, "device", "motion"])
         return index.sort_values(["subject", "condition", "trial"])
 
     def _load(self, subject: str, condition: str, trial: str) -> Trial:
         root = find_recordings(self.name, self._root)
         name = f"{subject}_{trial}_{condition}"
+        segment = "thigh" if condition.endswith("Pocket") else "hand"
         system = next(s for s in _SYSTEMS if (root / s / name).is_dir())
         phone = root / system / name
         gyroscope, accelerometer, files = _read_phone(phone, ios=system == "ios")
-        still, still_files = self._still_recording(root / system, trial, ios=system == "ios")
+        still, still_files = self._still_recording(
+            root / system, trial, segment, ios=system == "ios"
+        )
         bias = still.gyroscope_rad_s.mean(axis=0)
         optical_file = root / "qualisys" / f"{name}.mat"
         optical_time, body = _read_rigid_body(optical_file)
@@ -83,7 +94,7 @@ class SmartphonePocket(TrialSource):
         accelerometer[:, 0] += alignment
 
         aligned = align_sensors(
-            {_SEGMENT: RawSensor(gyroscope, accelerometer, bias, optical_time, body)},
+            {segment: RawSensor(gyroscope, accelerometer, bias, optical_time, body)},
             self._sampling_rate_hz,
             max_gap_s=_MAX_GAP_S,
             max_optical_gap_s=_MAX_OPTICAL_GAP_S,
@@ -96,7 +107,7 @@ class SmartphonePocket(TrialSource):
             sampling_rate_hz=self._sampling_rate_hz,
             imus=aligned.imus,
             reference=aligned.reference,
-            calibration={"still": {_SEGMENT: still}},
+            calibration={"still": {segment: still}},
             clock_offset_s=aligned.clock_offset_s,
             notes=(
                 "clocks brought together by timeAlignment.txt, then by angular speed",
@@ -107,7 +118,7 @@ class SmartphonePocket(TrialSource):
         )
 
     def _still_recording(
-        self, folder: Path, phone: str, *, ios: bool
+        self, folder: Path, phone: str, segment: str, *, ios: bool
     ) -> tuple[ImuRecording, list[Path]]:
         """Read the still recording of a phone, from which the gyroscope's bias is taken."""
         candidates = sorted(folder.glob(f"calib_gyr_{phone}*"))
@@ -122,7 +133,7 @@ class SmartphonePocket(TrialSource):
             min(gyroscope[-1, 0], accelerometer[-1, 0]),
             self._sampling_rate_hz,
         )
-        still = on_clock(_SEGMENT, gyroscope, accelerometer, clock, max_gap_s=_MAX_GAP_S)
+        still = on_clock(segment, gyroscope, accelerometer, clock, max_gap_s=_MAX_GAP_S)
         return still, files
 
 

@@ -23,6 +23,8 @@ _MIN_INTERVALS = 20
 _MIN_CORRELATION = 0.5
 # samples further apart than this many usual intervals have a gap between them
 _GAP_FACTOR = 3.5
+# a tracked body does not turn faster than this many times the fastest rate of its gyroscope
+_JUMP_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,9 @@ class _MeanRates:
 
     def speed_correlation(self, lag_s: float) -> float:
         sensor, reference = (np.linalg.norm(rate, axis=1) for rate in self.at(lag_s))
+        # a reference that jumps (markers taken for one another) has speeds that are no motion
+        possible = reference <= _JUMP_FACTOR * sensor.max(initial=0.0)
+        sensor, reference = sensor[possible], reference[possible]
         if sensor.size < _MIN_INTERVALS or sensor.std() == 0.0 or reference.std() == 0.0:
             return -1.0
         return float(np.corrcoef(sensor, reference)[0, 1])

@@ -43,12 +43,12 @@ def _save(path, time, values):
     np.savetxt(path, np.column_stack([time, values]), fmt="%.9f")
 
 
-def write_walk(root, walker, phone):
+def write_walk(root, walker, phone, condition=_CONDITION):
     """Write a walk as upstream would have."""
     rng = np.random.default_rng(len(walker))
     ios = phone.startswith("iPhone")
     system = root / ("ios" if ios else "android")
-    folder = system / f"{walker}_{phone}_{_CONDITION}"
+    folder = system / f"{walker}_{phone}_{condition}"
     still = system / f"calib_gyr_{phone}_d3"
     fine, orientation, rate = _walk()
     truth = CubicSpline(fine, orientation.as_matrix().reshape(-1, 9))
@@ -86,7 +86,6 @@ def made(tmp_path_factory):
     root = tmp_path_factory.mktemp("pocket")
     write_walk(root, "Ada", "Nexus5")
     write_walk(root, "Ada", "iPhone5")
-    (root / "android" / "Ada_Nexus5_NoDist_Texting").mkdir()  # not in the pocket
     return root
 
 
@@ -133,8 +132,18 @@ def test_walkers_that_are_added_later_are_found(copied):
         "condition": [_CONDITION] * 3,
         "trial": ["Nexus5", "iPhone5", "iPhone5"],
         "device": ["Nexus5", "iPhone5", "iPhone5"],
+        "motion": ["FrontPocket"] * 3,
     }
     assert [trial.subject for trial in source.select(subject="Zoe")] == ["Zoe"]
+
+
+def test_a_phone_in_the_hand_is_no_thigh(copied):
+    write_walk(copied, "Ada", "iPhone5", "Dist_Texting")
+    source = SmartphonePocket(root=copied)
+    (texting,) = source.select(condition="Dist_Texting")
+    assert list(texting.imus) == list(texting.calibration["still"]) == ["hand"]
+    assert "sensor" in calibrate(texting)["hand"].notes[1]
+    assert len(source.select(condition=_CONDITION)) == 2
 
 
 def _cut(path, share):
@@ -181,7 +190,7 @@ def walks(data_root):
     folder = data_root / "smartphone_pocket"
     if not folder.is_dir():
         pytest.skip("no smartphone_pocket")
-    return list(SmartphonePocket(root=folder))
+    return list(SmartphonePocket(root=folder).select(condition=_CONDITION))
 
 
 @pytest.mark.recordings

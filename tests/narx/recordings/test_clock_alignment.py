@@ -62,6 +62,20 @@ def test_offset_survives_mounting_noise_and_gaps(motion):
     assert found == pytest.approx(0.021, abs=1e-3)
 
 
+def test_offset_survives_a_reference_that_jumps(motion):
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    optical_time, quaternion = _optical(motion, 62.5)
+    flipped = np.random.default_rng(5).integers(0, len(quaternion), 40)
+    turned = Rotation.from_quat(quaternion[flipped], scalar_first=True)
+    turned *= Rotation.from_euler("x", 180, degrees=True)
+    quaternion[flipped] = turned.as_quat(scalar_first=True)
+    found, correlation = estimate_clock_offset(
+        imu_time, motion[2](imu_time - 0.021), optical_time, quaternion
+    )
+    assert found == pytest.approx(0.021, abs=1e-3)
+    assert correlation > 0.95
+
+
 def test_mounting_and_bias_are_recovered_despite_tracking_faults(motion):
     imu_time = np.arange(0.5, 19.0, 1 / 100.0)
     mounting = Rotation.random(random_state=5)
