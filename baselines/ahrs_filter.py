@@ -4,9 +4,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from narx.baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
+from narx.baselines.orientation_filter import AnglesOneByOne, angles_of
 from narx.baselines.parameters import optional_library
-from narx.kinematics.segment_angles import orientation_from_angles
+from narx.kinematics.segment_angles import gyroscope_xyz, orientation_from_angles
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.types import FloatArray
 

@@ -1,16 +1,16 @@
 """Plain integration of the gyroscope: the drift that every other method is there to remove."""
 
 import numpy as np
-from numba import njit
 from scipy.integrate import cumulative_trapezoid
 
-from narx.baselines.orientation_filter import gyroscope_xyz
 from narx.baselines.parameters import one_of
+from narx.kernels.strapdown import compose_turns
 from narx.kinematics.segment_angles import (
     TRANSVERSE,
     angles_from_orientation,
-    orientation_from_angles,
+    gyroscope_xyz,
 )
+from narx.kinematics.strapdown import strapdown_orientation
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.types import FloatArray
 
@@ -43,8 +43,7 @@ class GyroIntegration(OrientationMethod):
         if not len(rates):
             return np.empty((0, 3))
         if self.coupled:
-            turns = gyroscope_xyz(_between(rates, self.rule) * interval_s)
-            orientation = _compose(orientation_from_angles(start)[0], turns)
+            orientation = strapdown_orientation(_between(rates, self.rule), interval_s, start)
             angles = angles_from_orientation(orientation)
             # the heading goes on from where it was, even beyond half a turn
             angles[:, TRANSVERSE] += _whole_turns(start[TRANSVERSE] - angles[0, TRANSVERSE])
@@ -87,7 +86,7 @@ class GyroIntegration(OrientationMethod):
             nonlocal orientation, before, heading
             if before is not None:
                 between = _between(np.stack([before, axis_rates]), self.rule)
-                orientation = _compose(orientation, gyroscope_xyz(between * interval_s))[-1]
+                orientation = compose_turns(orientation, gyroscope_xyz(between * interval_s))[-1]
             before = np.array(axis_rates, dtype=float)
             angles = angles_from_orientation(orientation)[0]
             angles[TRANSVERSE] += _whole_turns(heading - angles[TRANSVERSE])
@@ -104,25 +103,3 @@ def _between(rates: FloatArray, rule: str) -> FloatArray:
 def _whole_turns(difference_rad: float) -> float:
     """Multiple of a full turn nearest to a difference, rad."""
     return float(2.0 * np.pi * np.round(difference_rad / (2.0 * np.pi)))
-
-
-@njit(cache=True)
-def _compose(start: FloatArray, turns: FloatArray) -> FloatArray:  # pragma: no cover
-    """Orientations w, x, y, z, shape (N + 1, 4), after each of N body-fixed rotation vectors."""
-    out = np.empty((len(turns) + 1, 4))
-    out[0] = start
-    for k in range(len(turns)):
-        x, y, z = turns[k]
-        angle = np.sqrt(x * x + y * y + z * z)
-        # sin(angle / 2) / angle, by its series where the quotient loses digits
-        scale = np.sin(0.5 * angle) / angle if angle > 1e-6 else 0.5 - angle * angle / 48.0
-        c, x, y, z = np.cos(0.5 * angle), scale * x, scale * y, scale * z
-        w0, x0, y0, z0 = out[k]
-        w = w0 * c - x0 * x - y0 * y - z0 * z
-        i = w0 * x + x0 * c + y0 * z - z0 * y
-        j = w0 * y - x0 * z + y0 * c + z0 * x
-        q = w0 * z + x0 * y - y0 * x + z0 * c
-        norm = np.sqrt(w * w + i * i + j * j + q * q)
-        out[k + 1, 0], out[k + 1, 1] = w / norm, i / norm
-        out[k + 1, 2], out[k + 1, 3] = j / norm, q / norm
-    return out

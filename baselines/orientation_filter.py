@@ -3,28 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from narx.kinematics.segment_angles import FRONTAL, SAGITTAL, TRANSVERSE, angles_from_orientation
+from narx.kinematics.segment_angles import TRANSVERSE, angles_from_orientation
 from narx.method import SegmentSignals
 from narx.types import FloatArray
-
-
-def gyroscope_xyz(axis_rates_rad_s: ArrayLike) -> FloatArray:
-    """Undo `narx.kinematics.segment_angles.axis_rates`.
-
-    Parameters
-    ----------
-    axis_rates_rad_s : array_like, shape (..., 3)
-        Rates about the sagittal, frontal and transverse axis, reported signs, rad/s.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        Rates about x, y, z of the (mirrored) anatomical frame: ``(-frontal, -sagittal,
-        transverse)``.
-    """
-    rates = np.asarray(axis_rates_rad_s, dtype=float)
-    xyz = [-rates[..., FRONTAL], -rates[..., SAGITTAL], rates[..., TRANSVERSE]]
-    return np.ascontiguousarray(np.stack(xyz, axis=-1))
 
 
 def angles_of(quaternion_wxyz: FloatArray, signals: SegmentSignals) -> FloatArray:

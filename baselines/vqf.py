@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from narx.baselines.orientation_filter import AnglesOneByOne, angles_of, gyroscope_xyz
+from narx.baselines.orientation_filter import AnglesOneByOne, angles_of
 from narx.baselines.parameters import optional_library, positive
 from narx.errors import MethodNotApplicableError
+from narx.kinematics.segment_angles import gyroscope_xyz
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.types import FloatArray
 

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from narx.calibration.calibrate import CalibratedSegment, calibrate
 from narx.datasets.base import TrialSource
-from narx.datasets.splits import Fold, TrialPart
+from narx.datasets.splits import Fold, TrialPart, load
 from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table, write_results
@@ -31,7 +31,7 @@ from narx.experiments.networks import network_of
 from narx.experiments.raw_gyroscope import with_static_bias
 from narx.experiments.reports.report import Report
 from narx.experiments.reports.summary import write_report
-from narx.experiments.sources import combined_index, load, one_ahead, open_sources
+from narx.experiments.sources import combined_index, one_ahead, open_sources
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.inference import checkpoint as checkpoints
 from narx.method import OrientationMethod

@@ -25,7 +25,7 @@ from narx.experiments.command import (
 )
 from narx.experiments.tables.table import Table, as_markdown
 from narx.files import atomic_path
-from narx.inference.pretrained import checkpoint_or_shipped
+from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.joint_angles import grood_suntay
 from narx.kinematics.rotations import compose
 from narx.kinematics.segment_angles import (
@@ -181,7 +181,7 @@ def budget_tables(errors: pd.DataFrame) -> list[Table]:
 def _error_budget(cfg: DictConfig) -> None:
     seed_everything(cfg.seed)
     directory = run_directory()
-    method = checkpoint_or_shipped(cfg.checkpoint).method()
+    method = load_or_pretrained(cfg.checkpoint).method()
     rows: list[dict[str, object]] = []
     for name, variant in tqdm(cfg.variants.items(), desc="variants", disable=None):
         for seed in cfg.seeds:

@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 from narx.errors import UserError
 from narx.experiments.command import command
 from narx.export import c, onnx, torch_export, torchscript
-from narx.inference.pretrained import checkpoint_or_shipped
+from narx.inference.pretrained import load_or_pretrained
 
 _WRITERS = {
     "torchscript": torchscript.write,
@@ -22,7 +22,7 @@ def _export(cfg: DictConfig) -> None:
     output = str(cfg.output)
     if cfg.format not in FORMATS:
         raise UserError(f"format is '{cfg.format}', expected one of {', '.join(FORMATS)}")
-    checkpoint = checkpoint_or_shipped(cfg.checkpoint)
+    checkpoint = load_or_pretrained(cfg.checkpoint)
     try:
         if cfg.format == "c":
             c.write(checkpoint, output, cfg.precision)

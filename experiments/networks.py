@@ -11,12 +11,11 @@ from omegaconf import DictConfig, OmegaConf
 
 from narx.calibration.calibrate import calibrate
 from narx.datasets.base import TrialSource
-from narx.datasets.splits import Fold, TrialPart
+from narx.datasets.splits import Fold, TrialPart, load
 from narx.errors import UserError
-from narx.experiments.sources import load
 from narx.inference import checkpoint as checkpoints
 from narx.inference.checkpoint import Checkpoint
-from narx.inference.pretrained import shipped_checkpoint
+from narx.inference.pretrained import pretrained
 from narx.inference.start_up import StartUp
 from narx.inference.washout import washout_gain
 from narx.recordings.trial import Trial
@@ -59,7 +58,7 @@ def network_of(
     if cfg.get("checkpoint") is not None:
         return checkpoints.load(Path(cfg.checkpoint))
     if not fold.training:
-        return shipped_checkpoint()
+        return pretrained()
     if cfg.get("candidates"):
         cfg = choose(cfg, sources, fold)
     return train(cfg, sources, fold, rng, log)

@@ -14,7 +14,7 @@ from narx.errors import UserError
 from narx.experiments.command import command
 from narx.files import atomic_path
 from narx.inference.predict import Prediction, predict
-from narx.inference.pretrained import checkpoint_or_shipped
+from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.segment_angles import AXES
 
 
@@ -62,7 +62,7 @@ def _predict(cfg: DictConfig) -> None:
     recording = read_recording(source)
     prediction = predict(
         recording,
-        checkpoint_or_shipped(cfg.checkpoint).method(cfg.smoothing),
+        load_or_pretrained(cfg.checkpoint).method(cfg.smoothing),
         frame=cfg.frame,
         side=cfg.side,
         start_pose=cfg.start_pose,

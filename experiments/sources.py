@@ -12,7 +12,6 @@ from omegaconf import DictConfig, OmegaConf
 from narx.datasets.base import TrialSource
 from narx.datasets.splits import TrialPart
 from narx.errors import UserError
-from narx.recordings.trial import Trial
 
 T = TypeVar("T")
 
@@ -73,24 +72,6 @@ def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:
         frame.insert(0, "source", name)
         frames.append(frame)
     return pd.concat(frames, ignore_index=True)
-
-
-def load(sources: Mapping[str, TrialSource], part: TrialPart) -> Trial:
-    """Load the trial that a part belongs to.
-
-    Parameters
-    ----------
-    sources : mapping of str to TrialSource
-        By source name.
-    part : TrialPart
-        Names the trial.
-
-    Returns
-    -------
-    Trial
-        The whole trial.
-    """
-    return sources[part.source].load(part.subject, part.condition, part.trial)
 
 
 def one_ahead(

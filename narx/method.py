@@ -115,6 +115,21 @@ class OrientationMethod(ABC):
             angles[there] = self._estimate(signals.select(there))
         return angles
 
+    def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
+        """Predict the standard deviation of the error at every sample.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        ndarray, shape (N, 3), or None
+            rad; NaN where a sample is missing. None where the method predicts none.
+        """
+        return None
+
     @abstractmethod
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles, shape (N, 3), of signals without a missing sample."""

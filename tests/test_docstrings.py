@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[1]
 # said about what is returned or yielded
 CHECKS = {"GL08", "SS03", "PR01", "PR02", "PR03", "RT01", "YD01"}
 MODULES = sorted(
-    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-    for package in ("narx", "baselines", "experiments")
+    ".".join((*prefix, *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
+    for package, prefix in (("narx", ()), ("baselines", ("narx",)), ("experiments", ("narx",)))
     for path in (ROOT / package).rglob("*.py")
     # what begins with an underscore is nobody else's; kernels are called by arrays' layout alone
     if not path.stem.removeprefix("__init__").startswith("_") and path.parent.name != "kernels"

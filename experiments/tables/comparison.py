@@ -4,7 +4,7 @@ import pandas as pd
 
 from narx.evaluation.significance import bootstrap_mean, paired_test
 from narx.experiments.method_labels import method_label, method_order
-from narx.experiments.tables.subjects import condition_order, over_subjects, subject_means
+from narx.experiments.tables.subjects import over_subjects, subject_means
 from narx.experiments.tables.table import Table, shown
 from narx.kinematics.segment_angles import AXES
 from narx.recordings.trial import kind_of
@@ -135,47 +135,3 @@ def _interval(low: pd.Series, high: pd.Series, digits: int) -> list[str | None]:
         None if a != a or b != b else f"{shown(a, digits)} to {shown(b, digits)}"
         for a, b in zip(low, high, strict=True)
     ]
-
-
-def trial_table(results: pd.DataFrame, quantity: str = "precision_deg") -> Table:
-    """One figure of every trial, a column a method.
-
-    Parameters
-    ----------
-    results : pandas.DataFrame
-        Columns of ``results.csv``.
-    quantity : {"precision_deg", "rmse_deg", "bias_deg", "r"}
-        Which figure.
-
-    Returns
-    -------
-    Table
-        A row a segment, axis and trial; below each axis the mean over its trials.
-    """
-    methods = method_order(results["method"])
-    label = results["subject"] + " " + results["condition"] + " " + results["trial"]
-    if results["dataset"].nunique() > 1:
-        label = results["dataset"] + " " + label
-    results = results.assign(Trial=label)
-    rows = []
-    for segment in dict.fromkeys(results["segment"]):
-        for axis in AXES:
-            here = results[(results["segment"] == segment) & (results["axis"] == axis)]
-            table = here.pivot(index="Trial", columns="method", values=quantity)[methods]
-            order = here.drop_duplicates("Trial")
-            rank = {name: k for k, name in enumerate(condition_order(order["condition"]))}
-            order = order.assign(rank=order["condition"].map(rank))
-            order = order.sort_values(["dataset", "subject", "rank", "trial"])
-            table = table.loc[order["Trial"]]
-            table.loc["mean"] = table.mean()
-            for trial, values in table.iterrows():
-                rows.append(
-                    {"Segment": segment, "Axis": axis, "Trial": trial}
-                    | {method_label(m): values[m] for m in methods}
-                )
-    frame = pd.DataFrame(rows).set_index(["Segment", "Axis", "Trial"])
-    name = QUANTITIES.get(quantity, quantity.removesuffix("_deg"))
-    unit = " (°)" if quantity.endswith("_deg") else ""
-    return Table(
-        f"{name}{unit} of every trial", frame, dict.fromkeys(frame.columns, 2 if unit else 3)
-    )

@@ -18,10 +18,10 @@ from narx.calibration.axes import walking_band
 from narx.calibration.functional import leg_of
 from narx.calibration.static_bias import static_bias
 from narx.errors import RecordingError
-from narx.inference.start_up import StartUp
 from narx.kinematics.joint_angles import grood_suntay
 from narx.kinematics.rotations import compose
-from narx.kinematics.segment_angles import clinical_rates, orientation_from_angles
+from narx.kinematics.segment_angles import clinical_rates
+from narx.kinematics.strapdown import strapdown_orientation
 from narx.recordings.trial import Trial, side_of
 from narx.types import BoolArray, FloatArray
 
@@ -199,7 +199,6 @@ def knee_headings(
 
 def _integrated(axis_rates_rad_s: FloatArray, sampling_rate_hz: float) -> Rotation:
     """Orientation from the gyroscope alone, from a start at zero."""
-    start_up = StartUp(duration_s=np.inf)
-    begun = start_up.begin(np.zeros(3))
-    angles = start_up.run(axis_rates_rad_s, 1.0 / sampling_rate_hz, begun)
-    return Rotation.from_quat(orientation_from_angles(angles), scalar_first=True)
+    mean_rates = 0.5 * (axis_rates_rad_s[1:] + axis_rates_rad_s[:-1])
+    quaternions = strapdown_orientation(mean_rates, 1.0 / sampling_rate_hz, np.zeros(3))
+    return Rotation.from_quat(quaternions, scalar_first=True)

@@ -1,6 +1,5 @@
 """The gyroscope's static bias, from whatever the sensor was at rest in."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +10,6 @@ from narx.types import FloatArray
 
 # long enough to average noise and sway out, short enough that a hand on the sensor is avoided
 WINDOW_S = 5.0
-# standing sway and sensor noise stay below, movement does not (Han et al., gamma of eq. (3))
-REST_RAD_S = np.radians(10.0)
 # a sensor on a table does not turn: what exceeds this is a hand (or noise, were it not averaged)
 HANDLING_RAD_S = np.radians(2.0)
 HANDLING_MARGIN_S = 0.5
@@ -170,35 +167,3 @@ def _standing_part(
 def _mean(rate_rad_s: FloatArray, where: str) -> StillPart:
     unrest = np.sqrt(rate_rad_s.var(axis=0).sum())
     return StillPart(where, np.asarray(rate_rad_s.mean(axis=0)), float(unrest))
-
-
-def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float) -> float:
-    """Find how long sensors are at rest at the start of a recording.
-
-    Parameters
-    ----------
-    gyroscopes_rad_s : sequence of ndarray, shape (N, 3)
-        Angular rates of sensors on one clock, rad/s.
-    sampling_rate_hz : float
-        Samples per second.
-
-    Returns
-    -------
-    float
-        Time until a tenth of a second before the first sample in which any sensor turns by more
-        than 10 deg/s (averaged over a tenth of a second) beside its median over the first half
-        second; 0 without a rest.
-    """
-    first = max(1, round(0.5 * sampling_rate_hz))
-    margin = max(1, round(0.1 * sampling_rate_hz))
-    ends = []
-    for rate in gyroscopes_rad_s:
-        if not np.isfinite(rate[:first]).all(axis=1).any():
-            return 0.0
-        deviation = rate - np.nanmedian(rate[:first], axis=0)
-        # what is missing at rest does not end the rest
-        smooth = uniform_filter1d(np.nan_to_num(deviation), margin, axis=0, mode="nearest")
-        speed = np.linalg.norm(smooth, axis=1)
-        moving = np.flatnonzero(speed > REST_RAD_S)
-        ends.append(moving[0] if moving.size else len(rate))
-    return max(0.0, float((min(ends) - 1 - margin) / sampling_rate_hz))

@@ -12,12 +12,12 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 
-from narx.calibration.static_bias import first_rest_s
 from narx.datasets.base import TrialSource
 from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.tracked_sensor import RawSensor, align_sensors
 from narx.errors import RecordingError
+from narx.recordings.rest import first_rest_s
 from narx.recordings.trial import Trial
 from narx.types import FloatArray
 

@@ -16,13 +16,13 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from narx.calibration.static_bias import first_rest_s
 from narx.datasets.base import TrialSource
 from narx.datasets.text_table import read_numbers
 from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError, UserError
 from narx.files import sha256_of
 from narx.recordings.resampling import uniform_clock
+from narx.recordings.rest import first_rest_s
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
 from narx.types import FloatArray
 

@@ -13,7 +13,6 @@ import pandas as pd
 from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
-from narx.calibration.static_bias import first_rest_s
 from narx.datasets.base import TrialSource
 from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
@@ -22,6 +21,7 @@ from narx.datasets.tracked_sensor import on_clock
 from narx.errors import RecordingError
 from narx.recordings.clock_alignment import estimate_clock_offset
 from narx.recordings.resampling import resample_quaternions, uniform_clock
+from narx.recordings.rest import first_rest_s
 from narx.recordings.trial import ReferenceOrientation, Trial
 from narx.types import FloatArray
 

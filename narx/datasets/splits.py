@@ -1,12 +1,14 @@
 """Who is trained on and who is tested: no sample of a test part is ever seen in training."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
+from narx.datasets.base import TrialSource
 from narx.errors import UserError
+from narx.recordings.trial import Trial
 
 
 @dataclass(frozen=True)
@@ -256,3 +258,21 @@ def automatic(
         yield from leave_one_out(index, rng)
     else:
         yield from pretrained(index, rng)
+
+
+def load(sources: Mapping[str, TrialSource], part: TrialPart) -> Trial:
+    """Load the trial that a part belongs to.
+
+    Parameters
+    ----------
+    sources : mapping of str to TrialSource
+        By source name.
+    part : TrialPart
+        Names the trial.
+
+    Returns
+    -------
+    Trial
+        The whole trial.
+    """
+    return sources[part.source].load(part.subject, part.condition, part.trial)

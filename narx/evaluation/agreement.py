@@ -117,28 +117,6 @@ def agreement(reference_rad: ArrayLike, estimate_rad: ArrayLike) -> Agreement:
     )
 
 
-def agreement_by_axis(reference_rad: ArrayLike, estimate_rad: ArrayLike) -> tuple[Agreement, ...]:
-    """Compare angles about several axes with their references.
-
-    Parameters
-    ----------
-    reference_rad, estimate_rad : array_like, shape (N, axes)
-        Angles in rad; NaN where missing.
-
-    Returns
-    -------
-    tuple of Agreement
-        One an axis, each over its own pairs.
-    """
-    reference = np.asarray(reference_rad, dtype=float)
-    estimate = np.asarray(estimate_rad, dtype=float)
-    if reference.ndim != 2 or reference.shape != estimate.shape:
-        raise ValueError(
-            f"got shapes {reference.shape} and {estimate.shape}, expected twice (N, axes)"
-        )
-    return tuple(agreement(*pair) for pair in zip(reference.T, estimate.T, strict=True))
-
-
 @dataclass(frozen=True)
 class LimitsOfAgreement:
     """Bias and limits of agreement with confidence intervals, all in the errors' own unit.

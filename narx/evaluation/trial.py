@@ -10,7 +10,6 @@ from narx.datasets.splits import TrialPart
 from narx.errors import MethodNotApplicableError
 from narx.evaluation.comparison import Evaluated, knee
 from narx.evaluation.workload import Workload
-from narx.inference.narx_method import NarxMethod
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial
 
@@ -86,10 +85,9 @@ def evaluate_trial(
             except MethodNotApplicableError as error:
                 refusals.append(Refusal(trial.name, name, method_name, str(error)))
                 continue
-            if isinstance(method, NarxMethod):
-                predicted = method.standard_deviation(segment.signals)
-                if predicted is not None:
-                    std[method_name] = predicted
+            predicted = method.standard_deviation(segment.signals)
+            if predicted is not None:
+                std[method_name] = predicted
         reference = segment.reference_angles_rad
         segments[name] = Evaluated(
             dataset=trial.dataset,

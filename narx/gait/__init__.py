@@ -1,0 +1,14 @@
+"""Stride frequency, gait phases, standing and walking, from one sensor."""
+
+from narx.gait.phases import GaitPhases, gait_phases
+from narx.gait.standing import StillThresholds, start_and_stop
+from narx.gait.stride_frequency import StrideFrequencyTracker, stride_frequency_hz
+
+__all__ = [
+    "GaitPhases",
+    "StillThresholds",
+    "StrideFrequencyTracker",
+    "gait_phases",
+    "start_and_stop",
+    "stride_frequency_hz",
+]

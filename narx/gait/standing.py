@@ -140,26 +140,6 @@ def _keep_long_runs(flags: BoolArray, shortest: int) -> BoolArray:
     return kept
 
 
-def still_parts_s(still: BoolArray, sampling_rate_hz: float) -> tuple[tuple[float, float], ...]:
-    """Turn marked samples into intervals of time.
-
-    Parameters
-    ----------
-    still : ndarray of bool, shape (N,)
-        From `still_samples`.
-    sampling_rate_hz : float
-        Sampling rate.
-
-    Returns
-    -------
-    tuple of (float, float)
-        Time of the first and last sample of each run, s from the first sample of all.
-    """
-    return tuple(
-        (begin / sampling_rate_hz, (end - 1) / sampling_rate_hz) for begin, end in runs(still)
-    )
-
-
 def start_and_stop(
     axis_rates_rad_s: ArrayLike,
     specific_force_m_s2: ArrayLike,

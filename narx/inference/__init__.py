@@ -1,0 +1,19 @@
+"""A trained network at work: start-up, washout, smoothing, checkpoints."""
+
+from narx.inference.checkpoint import Checkpoint, load, save
+from narx.inference.narx_method import NarxMethod
+from narx.inference.predict import Prediction, angles_from_gyroscope, predict
+from narx.inference.pretrained import pretrained
+from narx.inference.start_up import StartUp
+
+__all__ = [
+    "Checkpoint",
+    "NarxMethod",
+    "Prediction",
+    "StartUp",
+    "angles_from_gyroscope",
+    "load",
+    "predict",
+    "pretrained",
+    "save",
+]

@@ -7,7 +7,7 @@ import numpy as np
 import torch
 
 from narx.errors import MethodNotApplicableError, UserError
-from narx.inference.rate_conversion import RateConversion
+from narx.inference.clocks import RateConversion
 from narx.inference.smoothing import forward_share, turned_round
 from narx.inference.start_up import StartUp
 from narx.inference.washout import WASHOUT_S, wash_out, washout_gain

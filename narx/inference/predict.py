@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import calibrate
-from narx.calibration.static_bias import first_rest_s, quietest_window
+from narx.calibration.static_bias import quietest_window
 from narx.errors import RecordingError, UserError
-from narx.inference.clock_conversion import ClockConversion
+from narx.inference.clocks import ClockConversion
 from narx.inference.narx_method import NarxMethod
-from narx.inference.pretrained import checkpoint_or_shipped
+from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.segment_angles import clinical_rates
 from narx.method import SegmentSignals
+from narx.recordings.rest import first_rest_s
 from narx.recordings.trial import ImuRecording, Trial
 from narx.types import BoolArray, FloatArray
 
@@ -234,7 +235,7 @@ def angles_from_gyroscope(
     )
     prediction = predict(
         ImuRecording("segment", np.arange(len(gyroscope)) / sampling_rate_hz, gyroscope, force),
-        checkpoint_or_shipped(checkpoint).method(smoothing),
+        load_or_pretrained(checkpoint).method(smoothing),
         frame=frame,
         side=side,
         start_pose=start_pose,

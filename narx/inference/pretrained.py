@@ -6,7 +6,7 @@ from importlib import resources
 from narx.inference.checkpoint import Checkpoint, load
 
 
-def shipped_checkpoint() -> Checkpoint:
+def pretrained() -> Checkpoint:
     """Load the network that ships with the package.
 
     Returns
@@ -19,7 +19,7 @@ def shipped_checkpoint() -> Checkpoint:
         return load(path)
 
 
-def checkpoint_or_shipped(path: str | os.PathLike[str] | None) -> Checkpoint:
+def load_or_pretrained(path: str | os.PathLike[str] | None) -> Checkpoint:
     """Load a checkpoint, or the network that ships with the package.
 
     Parameters
@@ -37,4 +37,4 @@ def checkpoint_or_shipped(path: str | os.PathLike[str] | None) -> Checkpoint:
     UserError
         If the file is not there or not a checkpoint.
     """
-    return shipped_checkpoint() if path is None else load(path)
+    return pretrained() if path is None else load(path)

@@ -105,6 +105,25 @@ def axis_rates(rate_xyz: ArrayLike) -> FloatArray:
     return np.stack([-rate[..., 1], -rate[..., 0], rate[..., 2]], axis=-1)
 
 
+def gyroscope_xyz(axis_rates_rad_s: ArrayLike) -> FloatArray:
+    """Undo `axis_rates`.
+
+    Parameters
+    ----------
+    axis_rates_rad_s : array_like, shape (..., 3)
+        Rates about the sagittal, frontal and transverse axis, reported signs, rad/s.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Rates about x, y, z of the (mirrored) anatomical frame: ``(-frontal, -sagittal,
+        transverse)``.
+    """
+    rates = np.asarray(axis_rates_rad_s, dtype=float)
+    xyz = [-rates[..., FRONTAL], -rates[..., SAGITTAL], rates[..., TRANSVERSE]]
+    return np.ascontiguousarray(np.stack(xyz, axis=-1))
+
+
 def clinical_rates(rate_xyz: ArrayLike, side: Literal["left", "right"] | None) -> FloatArray:
     """Turn a segment's anatomical x, y, z rates into rates about the clinical axes of its leg.
 

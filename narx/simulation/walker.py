@@ -185,30 +185,6 @@ def walking_pattern(
     return _agree_with_feet(pattern, body)
 
 
-def steady_speed(pattern: WalkingPattern, body: Body) -> float:
-    """Compute the speed at which stance feet that do not slip carry a walker.
-
-    Parameters
-    ----------
-    pattern : WalkingPattern
-        How the walker walks.
-    body : Body
-        Size.
-
-    Returns
-    -------
-    float
-        Mean forward speed over a stride, m/s.
-    """
-    n = 128
-    phase = np.arange(3 * n) / n
-    velocity = forward_velocity(
-        pattern.joint_angles(phase), phase, pattern.toe_off, pattern.left_lag, body,
-        n / pattern.stride_s,
-    )  # fmt: skip
-    return float(velocity[n : 2 * n, 0].mean())
-
-
 def _agree_with_feet(pattern: WalkingPattern, body: Body) -> WalkingPattern:
     """Bend the hips' curves until stance feet carry the pelvis at the right speed, and evenly.
 

@@ -1,0 +1,17 @@
+"""From sequences to weights: objective, starts, optimisers, teachers."""
+
+from narx.training.design import NetworkDesign
+from narx.training.gradient import Adam, Lbfgs
+from narx.training.levenberg_marquardt import LevenbergMarquardt
+from narx.training.objective import Objective
+from narx.training.teachers import MethodTeacher, ReferenceTeacher
+
+__all__ = [
+    "Adam",
+    "Lbfgs",
+    "LevenbergMarquardt",
+    "MethodTeacher",
+    "NetworkDesign",
+    "Objective",
+    "ReferenceTeacher",
+]

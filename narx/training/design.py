@@ -13,8 +13,9 @@ from narx.network.model import Narx
 from narx.network.normalisation import Kind, Normalisation
 from narx.network.stability import stability_statement
 from narx.network.structure import NarxStructure
+from narx.training.batch import InitialState, batch
 from narx.training.objective import Log, Objective, Optimizer
-from narx.windows.sequences import InitialState, TrainingSequence, batch
+from narx.windows.sequences import TrainingSequence
 
 
 @dataclass(frozen=True)

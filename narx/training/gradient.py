@@ -11,9 +11,9 @@ from torch import Tensor
 
 from narx.errors import UserError
 from narx.network.model import Narx
+from narx.training.batch import Batch
 from narx.training.initial_weights import random_weights
 from narx.training.objective import FitReport, Log, Objective
-from narx.windows.sequences import Batch
 
 # one optimiser step on a network: takes the closure that computes cost and gradient
 _Stepper = Callable[[Callable[[], Tensor]], None]

@@ -10,6 +10,7 @@ from torch import Tensor
 from narx.errors import UserError
 from narx.network.cell import coupled_rates
 from narx.network.model import Narx
+from narx.training.batch import Batch
 from narx.training.initial_weights import leaky_integrator_weights, random_weights, typical_sizes
 from narx.training.least_squares.axis import NetworkFit
 from narx.training.least_squares.coupled import CoupledFit
@@ -20,7 +21,6 @@ from narx.training.least_squares.solver import Options
 from narx.training.least_squares.stopping import Stopping
 from narx.training.multi_start import Stage, multi_start
 from narx.training.objective import FitReport, Log, Objective
-from narx.windows.sequences import Batch
 
 
 @dataclass(frozen=True)

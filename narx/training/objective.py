@@ -11,7 +11,7 @@ from torch import Tensor
 from torch.nn.functional import pad
 
 from narx.network.model import Narx
-from narx.windows.sequences import Batch
+from narx.training.batch import Batch
 
 # what an optimizer reports as it goes: iteration, and numbers by name (cost, damping, ...)
 Log = Callable[[int, dict[str, float]], None]

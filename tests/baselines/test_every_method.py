@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 
-from narx.baselines import METHODS, make_method
+from narx import baselines
 from narx.errors import MethodNotApplicableError
 from narx.inference.narx_method import NarxMethod
 from narx.inference.start_up import StartUp
@@ -18,6 +18,8 @@ from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.recordings.trial import GRAVITY_M_S2
 from narx.training.initial_weights import leaky_integrator_weights
+
+METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
 
 RATES_HZ = (100.0, 200.0, 500.0)
 
@@ -46,7 +48,7 @@ class Case:
     def method(self):
         if self.make is not None:
             return self.make(**self.parameters)
-        return make_method(self.name, **self.parameters)
+        return METHODS[self.name](**self.parameters)
 
     def __str__(self):
         return "-".join([self.name, *(f"{k}={v}" for k, v in self.parameters.items())])

@@ -3,7 +3,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from narx.baselines import make_method
+from narx import baselines
 from narx.baselines.operation_count import (
     OPERATIONS,
     CountedFloat,
@@ -14,6 +14,8 @@ from narx.baselines.operation_count import (
 from narx.baselines.tilt import tilt
 from narx.errors import MethodNotApplicableError
 from narx.kinematics.segment_angles import tilt_from_specific_force
+
+METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
 
 
 def test_a_counted_float_counts_and_calculates():
@@ -38,12 +40,12 @@ def walk(motion):
 
 
 def test_plain_integration_is_one_multiplication_and_two_additions_an_angle(walk):
-    counts = count_stream(make_method("gyro_integration"), walk)
+    counts = count_stream(METHODS["gyro_integration"](), walk)
     assert counts == {**dict.fromkeys(OPERATIONS, 0.0), "additions": 6.0, "multiplications": 3.0}
 
 
 def test_the_complementary_filter_takes_an_arctangent_every_sample(walk):
-    method = make_method("complementary_filter", axes=["sagittal"], rule="rectangle")
+    method = METHODS["complementary_filter"](axes=["sagittal"], rule="rectangle")
     counts = count_stream(method, walk)
     assert counts["arctangents"] == 1.0
     # alpha (p + v T) + (1 - alpha) a is p + v T + (1 - alpha) (a - p - v T)
@@ -51,7 +53,7 @@ def test_the_complementary_filter_takes_an_arctangent_every_sample(walk):
 
 
 def test_giof_takes_an_arctangent_only_at_rest(walk, motion):
-    method = make_method("giof", mode="real_time", axes=["sagittal"], rest_s=0.0, low_pass_hz=None)
+    method = METHODS["giof"](mode="real_time", axes=["sagittal"], rest_s=0.0, low_pass_hz=None)
     walking = count_stream(method, walk)
     assert 0.0 < walking["arctangents"] < 0.2
     still = count_stream(method, motion("still", 100.0, 2.0).signals)
@@ -72,11 +74,11 @@ def test_two_point_needs_less_than_the_paper_says_and_four_arctangents_a_walk(wa
 def test_what_cannot_be_counted_is_missing_not_zero(walk):
     pytest.importorskip("vqf")
     with pytest.raises(MethodNotApplicableError, match="inside a compiled library"):
-        count_stream(make_method("vqf"), walk)
+        count_stream(METHODS["vqf"](), walk)
     with pytest.raises(MethodNotApplicableError, match="does not run sample by sample"):
-        count_stream(make_method("two_point"), walk)
+        count_stream(METHODS["two_point"](), walk)
     table = operation_table(
-        walk, {name: make_method(name) for name in ("vqf", "two_point", "gyro_integration")}
+        walk, {name: METHODS[name]() for name in ("vqf", "two_point", "gyro_integration")}
     )
     assert list(table.columns) == list(OPERATIONS)
     assert table.loc["vqf"].isna().all()
@@ -84,7 +86,7 @@ def test_what_cannot_be_counted_is_missing_not_zero(walk):
 
 
 def test_counting_does_not_change_the_numbers(walk):
-    method = make_method("pseudo_integrator", frequency="following")
+    method = METHODS["pseudo_integrator"](frequency="following")
     counts = Counter()
     plain, counting = method.stream(100.0), method._stream(100.0)
     for k in range(300):

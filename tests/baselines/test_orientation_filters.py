@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import narx.baselines.parameters
-from narx.baselines import make_method
-from narx.baselines.orientation_filter import gyroscope_xyz
+from narx import baselines
 from narx.errors import MethodNotApplicableError, UserError
-from narx.kinematics.segment_angles import angles_from_orientation, axis_rates
+from narx.kinematics.segment_angles import angles_from_orientation, axis_rates, gyroscope_xyz
+
+METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
 
 
 @pytest.fixture
@@ -44,16 +45,14 @@ def test_vqf_is_vqf(noisy, offline):
         result = vqf.offlineVQF(gyroscope, accelerometer, None, 0.01)
     else:
         result = vqf.VQF(0.01).updateBatch(gyroscope, accelerometer)
-    assert_same_angles(make_method("vqf", offline=offline).estimate(noisy), result["quat6D"])
+    assert_same_angles(METHODS["vqf"](offline=offline).estimate(noisy), result["quat6D"])
 
 
 def test_vqf_parameters_reach_the_library(noisy):
     vqf = pytest.importorskip("vqf")
     direct = vqf.VQF(0.01, tauAcc=0.7, motionBiasEstEnabled=False, restBiasEstEnabled=False)
     result = direct.updateBatch(gyroscope_xyz(noisy.axis_rates_rad_s), noisy.specific_force_m_s2)
-    method = make_method(
-        "vqf", tau_acc_s=0.7, motion_bias_estimation=False, rest_bias_estimation=False
-    )
+    method = METHODS["vqf"](tau_acc_s=0.7, motion_bias_estimation=False, rest_bias_estimation=False)
     assert_same_angles(method.estimate(noisy), result["quat6D"])
 
 
@@ -79,7 +78,7 @@ def test_ahrs_is_ahrs(noisy, name, parameters, library_parameters):
         frequency=100.0,
         **library_parameters,
     )
-    assert_same_angles(make_method(name, **parameters).estimate(short), direct.Q)
+    assert_same_angles(METHODS[name](**parameters).estimate(short), direct.Q)
 
 
 @pytest.mark.parametrize("name", ["madgwick", "mahony"])
@@ -87,7 +86,7 @@ def test_ahrs_starts_from_known_angles(motion, name):
     pytest.importorskip("ahrs")
     start = np.array([0.3, -0.2, 5.0])
     signals = motion("still", duration_s=1.0).changed(initial_angles_rad=start).signals
-    angles = make_method(name).estimate(signals)
+    angles = METHODS[name]().estimate(signals)
     np.testing.assert_allclose(angles[0], start, atol=1e-12)
 
 
@@ -96,7 +95,7 @@ def test_the_true_angles_come_out(motion, name):
     pytest.importorskip({"vqf": "vqf"}.get(name, "ahrs"))
     walk = motion("half_turn", 200.0, 30.0)
     late = walk.time_s > 10
-    error = np.rad2deg(make_method(name).estimate(walk.signals) - walk.angles_rad)[late]
+    error = np.rad2deg(METHODS[name]().estimate(walk.signals) - walk.angles_rad)[late]
     assert np.abs(error[:, :2]).max() < 1.5
     # half a turn of heading is followed, not lost
     assert np.abs(error[:, 2]).max() < 5.0
@@ -130,7 +129,7 @@ def test_a_library_that_is_broken_in_itself_is_not_called_missing(monkeypatch):
 def test_offline_vqf_does_not_stream():
     pytest.importorskip("vqf")
     with pytest.raises(MethodNotApplicableError, match="offline=true needs the whole recording"):
-        make_method("vqf", offline=True).stream(100.0)
+        METHODS["vqf"](offline=True).stream(100.0)
 
 
 @pytest.mark.parametrize(
@@ -144,4 +143,4 @@ def test_offline_vqf_does_not_stream():
 def test_wrong_parameters_are_one_clear_line(name, parameters, message):
     pytest.importorskip({"vqf": "vqf"}.get(name, "ahrs"))
     with pytest.raises(UserError, match=message):
-        make_method(name, **parameters)
+        METHODS[name](**parameters)

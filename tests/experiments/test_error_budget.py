@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
-from narx.baselines import make_method
+from narx.baselines import GyroIntegration
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.experiments.error_budget import (
     budget_tables,
@@ -25,7 +25,7 @@ _SHORT = {
 
 def test_exact_orientation_in_the_exact_frame_has_no_error_where_nothing_is_wrong():
     source = SimulatedGait(ideal=True, **_SHORT)
-    method = make_method("gyro_integration", coupled=True)
+    method = GyroIntegration(coupled=True)
     rows = pd.DataFrame(knee_errors(source, "exact", method, 5.0))
     assert len(rows) == 2 * 2
     floor = rows[rows["estimate"] == "floor"]

@@ -7,15 +7,12 @@ from matplotlib.figure import Figure
 
 from narx.errors import UserError
 from narx.evaluation.agreement import repeated_limits_of_agreement
-from narx.evaluation.comparison import rows
-from narx.evaluation.results import results_table
 from narx.evaluation.uncertainty import calibration
 from narx.experiments.figures.bland_altman import bland_altman
 from narx.experiments.figures.calibration import calibration_figure
 from narx.experiments.figures.canvas import save_figure
 from narx.experiments.figures.drift import error_over_time, linear_drift
 from narx.experiments.figures.histograms import peak_histograms, trial_histograms
-from narx.experiments.figures.methods import methods_figure
 from narx.experiments.figures.phases import phases
 from narx.experiments.figures.spectrum import spectrum
 from narx.experiments.figures.swing import swing_figure
@@ -129,13 +126,6 @@ def test_error_over_time(make_walk):
     (mean,) = lines_of(figure.axes[0], "Gyro integration")
     assert len(mean.get_xdata()) == 5 + 1
     assert mean.get_ydata()[-1] > 5 * mean.get_ydata()[0]
-
-
-def test_methods_figure(make_study):
-    results = results_table(row for e in make_study() for row in rows(e))
-    figure = methods_figure(results, printed={"sagittal": 2.7})
-    assert len(figure.axes) == 9
-    assert isinstance(methods_figure(results, "r"), Figure)
 
 
 def test_training_and_calibration(make_walk):

@@ -5,7 +5,7 @@ import pytest
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table
 from narx.evaluation.significance import bootstrap_mean, paired_test
-from narx.experiments.tables.comparison import comparison, comparison_table, trial_table
+from narx.experiments.tables.comparison import comparison, comparison_table
 from narx.experiments.tables.subjects import subject_means
 
 
@@ -43,12 +43,3 @@ def test_printed(results, quantity):
     line = next(x for x in text.splitlines() if "transverse" in x)
     assert "CF" in line
     assert "–" in line
-
-
-def test_every_trial(results):
-    frame = trial_table(results[results["segment"] == "knee_left"]).frame
-    assert len(frame) == 3 * (15 + 1)
-    sagittal = frame.reset_index().iloc[:16].set_index("Trial")
-    assert set(sagittal["Axis"]) == {"sagittal"}
-    np.testing.assert_allclose(sagittal["NARX"].iloc[-1], sagittal["NARX"].iloc[:-1].mean())
-    assert sagittal.index[:3].tolist() == ["A slow 1", "A normal 1", "A fast 1"]

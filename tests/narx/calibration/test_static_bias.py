@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from narx.calibration.static_bias import first_rest_s, quietest_window, resting_mean, static_bias
+from narx.calibration.static_bias import quietest_window, resting_mean, static_bias
 from narx.recordings.trial import ImuRecording, Trial
 
 _RATE_HZ = 100.0
@@ -102,12 +102,3 @@ def test_a_restless_stand_counts_less_and_none_is_none():
     assert "standing" in part.where
     assert "0.0-10.0 s" in part.where
     assert static_bias(_trial(walk), "thigh") is None
-
-
-def test_rest_ends_when_the_first_sensor_moves():
-    quiet, moving = _BIAS + _noise(1000, 0.01), _BIAS + _noise(1000, 0.01, 1)
-    moving[300:, 1] += 1.0
-    assert first_rest_s([quiet, moving], _RATE_HZ) == pytest.approx(2.9, abs=0.1)
-    assert first_rest_s([quiet], _RATE_HZ) == pytest.approx(9.9, abs=0.1)
-    shaking = np.tile([[1.0, 0, 0], [-1.0, 0, 0]], (500, 1)).repeat(20, axis=0)
-    assert first_rest_s([shaking], _RATE_HZ) < 0.1

@@ -8,7 +8,6 @@ from scipy import stats
 
 from narx.evaluation.agreement import (
     agreement,
-    agreement_by_axis,
     correlation,
     limits_of_agreement,
     repeated_limits_of_agreement,
@@ -97,17 +96,9 @@ def test_an_estimate_that_ran_off_is_not_missing():
     assert np.isnan(found.bias_deg)
 
 
-def test_each_axis_over_its_own_pairs():
-    reference = np.array([[0.0, 1.0, 2.0], [1.0, np.nan, 3.0], [2.0, 2.0, 4.0]])
-    estimate = np.column_stack([reference[:, :2], np.full(3, np.nan)])
-    assert [found.n_samples for found in agreement_by_axis(reference, estimate)] == [3, 2, 0]
-
-
 def test_wrong_shapes():
     with pytest.raises(ValueError, match="expected twice"):
         agreement([1.0, 2.0], [1.0])
-    with pytest.raises(ValueError, match="axes"):
-        agreement_by_axis([1.0], [1.0])
 
 
 def test_limits_of_agreement_of_bland_and_altman_1986():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from narx.errors import MethodNotApplicableError
-from narx.gait.standing import StillThresholds, runs, start_and_stop, still_parts_s, still_samples
+from narx.gait.standing import StillThresholds, runs, start_and_stop, still_samples
 from narx.recordings.trial import GRAVITY_M_S2
 
 RATE_HZ = 100.0
@@ -67,11 +67,6 @@ def test_a_missing_sample_is_not_still():
     force[200, 0] = np.nan
     marked = still_samples(rates, force, RATE_HZ)
     assert np.flatnonzero(~marked).tolist() == [100, 200]
-
-
-def test_parts_in_seconds():
-    marked = still_samples(*recording(("still", 2), ("walk", 3), ("still", 1)), RATE_HZ)
-    assert still_parts_s(marked, RATE_HZ) == ((0.0, 1.99), (5.0, 5.99))
 
 
 @pytest.mark.parametrize("stands_after_s", [1.0, 4.0, 30.0])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from narx.errors import RecordingError
-from narx.inference.clock_conversion import ClockConversion
+from narx.inference.clocks import ClockConversion
 
 
 def wave(time_s):

@@ -8,11 +8,11 @@ from hydra.utils import instantiate
 
 from narx.experiments.networks import train
 from narx.experiments.sources import combined_index, open_sources
-from narx.inference.pretrained import shipped_checkpoint
+from narx.inference.pretrained import pretrained
 
 
 def test_it_is_stable_and_knows_where_it_comes_from():
-    checkpoint = shipped_checkpoint()
+    checkpoint = pretrained()
     stability = checkpoint.history["stability"]
     assert stability["largest_pole"] < 1.0
     assert stability["contraction_bound"] < 1.0
@@ -35,7 +35,7 @@ def test_its_command_makes_it_again(data_root, request):
     sources = open_sources(cfg)
     index = combined_index(sources)
     # walkers whose folders came later are not among those it was trained on
-    shipped = shipped_checkpoint()
+    shipped = pretrained()
     rng = np.random.default_rng(cfg.seed)
     (fold,) = instantiate(cfg.split)(index[index["subject"].isin(["Guillaume", "Thibaud"])], rng)
     again = train(cfg, sources, fold, rng, lambda iteration, numbers: None)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import cumulative_trapezoid
 
-from narx.inference.rate_conversion import RateConversion
+from narx.inference.clocks import RateConversion
 
 RATES_HZ = st.sampled_from([50.0, 94.3, 100.0, 199.0, 500.0])
 

@@ -9,6 +9,7 @@ from narx.method import SegmentSignals
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
+from narx.training.batch import batch
 from narx.training.design import NetworkDesign, train_network
 from narx.training.gradient import Adam, Lbfgs
 from narx.training.initial_weights import leaky_integrator_weights, random_weights
@@ -16,7 +17,7 @@ from narx.training.least_squares.axis import NetworkFit
 from narx.training.least_squares.prior import TowardsPrior
 from narx.training.levenberg_marquardt import LevenbergMarquardt
 from narx.training.objective import Objective
-from narx.windows.sequences import TrainingSequence, batch, hold_back
+from narx.windows.sequences import TrainingSequence, hold_back
 
 RATE_HZ = 100.0
 OPTIMIZERS = {

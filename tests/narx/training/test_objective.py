@@ -9,9 +9,9 @@ import torch
 
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
+from narx.training.batch import Batch
 from narx.training.initial_weights import leaky_integrator_weights, random_weights
 from narx.training.objective import Objective
-from narx.windows.sequences import Batch
 
 RATE_HZ = 20.0
 B, N = 3, 80

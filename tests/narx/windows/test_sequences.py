@@ -10,7 +10,8 @@ from narx.errors import UserError
 from narx.method import SegmentSignals
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
-from narx.windows.sequences import TrainingSequence, batch, contiguous, hold_back
+from narx.training.batch import batch
+from narx.windows.sequences import TrainingSequence, contiguous, hold_back
 
 RATE_HZ = 10.0
 MODEL = Narx(RATE_HZ, Normalisation(3.0, 0.5))

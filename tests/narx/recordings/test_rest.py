@@ -1,0 +1,20 @@
+import numpy as np
+import pytest
+
+from narx.recordings.rest import first_rest_s
+
+_RATE_HZ = 100.0
+_BIAS = np.radians([1.0, -2.0, 0.5])
+
+
+def _noise(n, scale, seed=0):
+    return np.random.default_rng(seed).normal(scale=scale, size=(n, 3))
+
+
+def test_rest_ends_when_the_first_sensor_moves():
+    quiet, moving = _BIAS + _noise(1000, 0.01), _BIAS + _noise(1000, 0.01, 1)
+    moving[300:, 1] += 1.0
+    assert first_rest_s([quiet, moving], _RATE_HZ) == pytest.approx(2.9, abs=0.1)
+    assert first_rest_s([quiet], _RATE_HZ) == pytest.approx(9.9, abs=0.1)
+    shaking = np.tile([[1.0, 0, 0], [-1.0, 0, 0]], (500, 1)).repeat(20, axis=0)
+    assert first_rest_s([shaking], _RATE_HZ) < 0.1
