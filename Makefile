@@ -30,7 +30,7 @@ $(VENV)/.run: pyproject.toml constraints.txt
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.run
-	$(PIP) --editable ".[dev,filters,onnx]"
+	$(PIP) --editable ".[dev,filters,onnx,sweep]"
 	touch $@
 
 $(VENV)/.peers: $(VENV)/.run

@@ -11,13 +11,8 @@ from tqdm import tqdm
 from narx.errors import UserError
 from narx.evaluation.results import write_results
 from narx.experiments import benchmark
-from narx.experiments.command import (
-    command,
-    environment,
-    run_directory,
-    seed_everything,
-    write_json,
-)
+from narx.experiments.command import command, run_directory
+from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.tables.table import Table, as_markdown
 from narx.files import atomic_path
 from narx.recordings.trial import kind_of

@@ -19,18 +19,13 @@ from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table, write_results
 from narx.evaluation.trial import evaluate_trial
-from narx.experiments.command import (
-    command,
-    environment,
-    run_directory,
-    seed_everything,
-    write_json,
-)
+from narx.experiments.command import command, run_directory
 from narx.experiments.gathered import Gathered
 from narx.experiments.networks import network_of
 from narx.experiments.raw_gyroscope import with_static_bias
 from narx.experiments.reports.report import Report
 from narx.experiments.reports.summary import write_report
+from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.sources import combined_index, one_ahead, open_sources
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.inference import checkpoint as checkpoints

@@ -1,42 +1,31 @@
-"""What every command shares: its errors, its seed, and the record of its environment."""
+"""What every command shares: how it is called, how its run is kept, and how it ends."""
 
 import contextlib
 import functools
-import json
 import os
-import platform
-import random
 import re
-import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from importlib import metadata
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import hydra
-import numpy as np
-import torch
 from hydra.core.hydra_config import HydraConfig
 from hydra.errors import HydraException
+from hydra.types import RunMode
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
-from narx.errors import UserError
-from narx.files import atomic_path
+from narx.errors import UserError, user_error_behind
+from narx.experiments.runs.folder import claimed
+from narx.experiments.runs.identity import register_resolvers
+from narx.experiments.runs.sweep import USER_ERROR_STATUS, SweepReport
+from narx.experiments.sources import data_sha256
 
 CONFIG_PATH = "pkg://narx.configs"
-USER_ERROR_STATUS = 2
+# as a shell reports a process that Ctrl-C has ended
+INTERRUPTED_STATUS = 130
 
-_PACKAGES = (
-    "narx-orientation", "torch", "numpy", "scipy", "pandas", "numba", "hydra-core",
-    "tensorboard", "matplotlib", "vqf", "ahrs",
-)  # fmt: skip
-
-
-def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    while error is not None:
-        yield error
-        error = error.__cause__ or error.__context__
+register_resolvers()
 
 
 def _one_line(error: BaseException) -> str:
@@ -50,36 +39,50 @@ def _mistakes_end_with_one_line() -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        for cause in _causes(error):
-            if isinstance(cause, UserError):
-                sys.exit(_report(str(cause)))
+        mistake = user_error_behind(error)
+        if mistake is not None:
+            sys.exit(_report(str(mistake)))
         if isinstance(error, HydraException | OmegaConfBaseException):
             sys.exit(_report(_one_line(error)))
         raise
 
 
-def command(config_name: str) -> Callable[[Callable[[DictConfig], object]], Callable[[], None]]:
+def _is_sweep() -> bool:
+    return bool(HydraConfig.get().mode == RunMode.MULTIRUN)
+
+
+def command(
+    config_name: str, *, keeps_run: bool = True
+) -> Callable[[Callable[[DictConfig], object]], Callable[[], None]]:
     """Make a function of a configuration into a command with Hydra overrides.
 
     Parameters
     ----------
     config_name : str
         Primary configuration below `configs/`.
+    keeps_run : bool
+        Whether a run has a folder (`narx.experiments.runs.folder`): one that is finished is not
+        done again, and its value is returned. Without a folder the command cannot sweep.
 
     Returns
     -------
     callable
         Decorator. The command ends with status 2 and one line on standard error if the user is
         to mend something (`UserError`, or a configuration that cannot be composed), and with a
-        traceback only for a fault of the program.
+        traceback only for a fault of the program. In a sweep all other jobs run, and there is
+        such a line for each that failed.
     """
 
     def decorate(function: Callable[[DictConfig], object]) -> Callable[[], None]:
         @functools.wraps(function)
         def job(cfg: DictConfig) -> object:
+            if _is_sweep() and keeps_run:
+                return _kept(function, cfg)  # what fails goes to the launcher, as an exception
             # within the job, since Hydra adds a line of its own to what leaves it as an exception
             with _mistakes_end_with_one_line():
-                return function(cfg)
+                if _is_sweep():
+                    raise UserError(f"{config_name}: no sweeps (-m), one call writes one file")
+                return _kept(function, cfg) if keeps_run else function(cfg)
 
         task = hydra.main(version_base="1.3", config_path=CONFIG_PATH, config_name=config_name)(job)
 
@@ -87,13 +90,53 @@ def command(config_name: str) -> Callable[[Callable[[DictConfig], object]], Call
             """Run the command with the overrides on the command line."""
             # lets Hydra raise instead of printing and exiting with 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
-            with _mistakes_end_with_one_line():
-                task()
+            SweepReport.current = None
+            try:
+                with _mistakes_end_with_one_line():
+                    task()
+            except KeyboardInterrupt:
+                sys.exit(_interrupted())
+            except Exception:
+                # Optuna, for one, finds no best trial where all have failed
+                status = 0 if SweepReport.current is None else SweepReport.current.report()
+                if status == 0:
+                    raise
+                sys.exit(status)
 
         main.__module__ = function.__module__
         return main
 
     return decorate
+
+
+def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
+    folder = run_directory()
+    with claimed(folder, cfg, data_sha256(cfg)) as run:
+        if run.finished:
+            print(f"{folder}: finished before, left as it is")
+            return run.record.get("value")
+        try:
+            value = function(cfg)
+        except KeyboardInterrupt:
+            if not _is_sweep():
+                _print_interrupted(f"the same command with hydra.run.dir={folder} goes on")
+                sys.exit(INTERRUPTED_STATUS)
+            raise
+        run.end("finished", value=value)
+    return value
+
+
+def _interrupted() -> int:
+    if SweepReport.current is None:
+        _print_interrupted("the same command starts again")
+    else:
+        SweepReport.current.report()
+        _print_interrupted("the same command goes on with the jobs that are not finished")
+    return INTERRUPTED_STATUS
+
+
+def _print_interrupted(how_to_go_on: str) -> None:
+    print(f"\ninterrupted: what is finished is kept; {how_to_go_on}", file=sys.stderr)
 
 
 def _report(message: str) -> int:
@@ -110,75 +153,3 @@ def run_directory() -> Path:
         Where everything that the run leaves is written.
     """
     return Path(HydraConfig.get().runtime.output_dir)
-
-
-def seed_everything(seed: int) -> None:
-    """Let one seed govern Python, numpy and torch.
-
-    Parameters
-    ----------
-    seed : int
-        Any non-negative integer.
-    """
-    random.seed(seed)
-    np.random.seed(seed)  # noqa: NPY002 - libraries that still use the legacy generator
-    torch.manual_seed(seed)
-
-
-def environment(seed: int, sources: Mapping[str, str]) -> dict[str, object]:
-    """Describe what a result depends on besides its configuration.
-
-    Parameters
-    ----------
-    seed : int
-        The run's seed.
-    sources : mapping of str to str
-        Data file names to SHA-256.
-
-    Returns
-    -------
-    dict
-        Versions, processor, git commit (None outside a repository), seed, data hashes.
-    """
-    versions: dict[str, str | None] = {}
-    for package in _PACKAGES:
-        try:
-            versions[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            versions[package] = None
-    return {
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "processor_count": os.cpu_count(),
-        "versions": versions,
-        "git_commit": _git("rev-parse", "HEAD"),
-        "git_dirty": bool(_git("status", "--porcelain", "--untracked-files=no")),
-        "seed": seed,
-        "command": [Path(sys.argv[0]).name, *sys.argv[1:]],
-        "data_sha256": dict(sorted(sources.items())),
-    }
-
-
-def _git(*arguments: str) -> str | None:
-    here = Path(__file__).resolve().parent
-    try:
-        answer = subprocess.run(
-            ["git", *arguments], cwd=here, capture_output=True, text=True, check=True, timeout=10
-        )
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return answer.stdout.strip()
-
-
-def write_json(content: object, path: Path) -> None:
-    """Write a JSON file in one piece.
-
-    Parameters
-    ----------
-    content : object
-        What `json.dumps` can write.
-    path : pathlib.Path
-        Where to.
-    """
-    with atomic_path(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2, allow_nan=True) + "\n")

@@ -16,13 +16,8 @@ from tqdm import tqdm
 
 from narx.calibration.calibrate import calibrate, signals_in_frame
 from narx.datasets.simulated_gait import SimulatedGait
-from narx.experiments.command import (
-    command,
-    environment,
-    run_directory,
-    seed_everything,
-    write_json,
-)
+from narx.experiments.command import command, run_directory
+from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.tables.table import Table, as_markdown
 from narx.files import atomic_path
 from narx.inference.pretrained import load_or_pretrained

@@ -38,7 +38,7 @@ def _export(cfg: DictConfig) -> None:
     print(f"{output}: {cfg.format}, {checkpoint.model.sampling_rate_hz:g} Hz")
 
 
-main = command("export")(_export)
+main = command("export", keeps_run=False)(_export)
 
 if __name__ == "__main__":
     main()

@@ -80,7 +80,7 @@ def _predict(cfg: DictConfig) -> None:
     print(f"{target}: {n_angles} of {recording.n_samples} samples with angles")
 
 
-main = command("predict")(_predict)
+main = command("predict", keeps_run=False)(_predict)
 
 if __name__ == "__main__":
     main()

@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import TypeVar
 
 import pandas as pd
+import pooch
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from narx.datasets.base import TrialSource
 from narx.datasets.splits import TrialPart
 from narx.errors import UserError
+from narx.files import folder_sha256
 
 T = TypeVar("T")
 
@@ -51,6 +53,34 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
             source = source.select(**wanted)
         sources[str(name)] = source
     return sources
+
+
+def data_sha256(cfg: DictConfig) -> dict[str, str]:
+    """Digest the recordings that a run may read.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As for `open_sources`; a command without `data` reads none.
+
+    Returns
+    -------
+    dict of str to str
+        SHA-256 over the names and contents of all files of a source, by its name; a source that
+        is simulated, or not downloaded yet, is left out.
+    """
+    digests = {}
+    for name, constructor in cfg.get("data", {}).items():
+        if "root" not in constructor:
+            continue
+        root = constructor.root
+        if root is None:
+            parent = pooch.os_cache("narx") if cfg.data_root is None else cfg.data_root
+            root = Path(parent).expanduser() / str(name)
+        folder = Path(root)
+        if folder.is_dir():
+            digests[str(name)] = folder_sha256(folder)
+    return digests
 
 
 def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:

@@ -9,16 +9,11 @@ from omegaconf import DictConfig
 from tqdm import tqdm
 
 from narx.errors import UserError
-from narx.experiments.command import (
-    command,
-    environment,
-    run_directory,
-    seed_everything,
-    write_json,
-)
+from narx.experiments.command import command, run_directory
 from narx.experiments.figures.canvas import save_figure
 from narx.experiments.networks import choose, train
 from narx.experiments.reports.networks import training_history_figure
+from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.sources import combined_index, open_sources
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.inference import checkpoint as checkpoints
@@ -66,8 +61,7 @@ def _train(cfg: DictConfig) -> float:
         f"{folds[0].name}: {network.history['training_s']:.0f} s of training, stopped by "
         f"{report['code']}, held-back error {best:.3f} deg\n{directory / 'checkpoint.pt'}"
     )
-    # sweepers compare numbers, and some crash on a NaN
-    return best if np.isfinite(best) else 1e6
+    return float(best)
 
 
 main = command("train")(_train)

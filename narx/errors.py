@@ -11,3 +11,23 @@ class RecordingError(UserError):
 
 class MethodNotApplicableError(UserError):
     """A method needs something that this recording does not have (a still part, a library)."""
+
+
+def user_error_behind(error: BaseException | None) -> UserError | None:
+    """Find the user's mistake that an exception comes from.
+
+    Parameters
+    ----------
+    error : BaseException or None
+        Perhaps raised by a library while it handled the mistake.
+
+    Returns
+    -------
+    UserError or None
+        First in the chain of causes.
+    """
+    while error is not None:
+        if isinstance(error, UserError):
+            return error
+        error = error.__cause__ or error.__context__
+    return None

@@ -1,5 +1,6 @@
 """Files that are either whole or not there."""
 
+import functools
 import hashlib
 import os
 import tempfile
@@ -54,3 +55,32 @@ def sha256_of(path: str | os.PathLike[str]) -> str:
     """
     with open(path, "rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def folder_sha256(folder: str | os.PathLike[str]) -> str:
+    """Digest names and contents of all files below a folder.
+
+    Parameters
+    ----------
+    folder : path-like
+        Folder to read; hidden files are left out.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    root = Path(folder)
+    for path in sorted(root.rglob("[!.]*")):
+        if path.is_file():
+            status = path.stat()
+            content = _sha256_once(path.resolve(), status.st_size, status.st_mtime_ns)
+            digest.update(f"{path.relative_to(root).as_posix()}\0{content}\0".encode())
+    return digest.hexdigest()
+
+
+@functools.cache
+def _sha256_once(path: Path, size: int, mtime_ns: int) -> str:
+    # the jobs of a sweep ask again for the same large files
+    return sha256_of(path)

@@ -26,13 +26,8 @@ import numpy as np
 import torch
 from omegaconf import DictConfig
 
-from narx.experiments.command import (
-    command,
-    environment,
-    run_directory,
-    seed_everything,
-    write_json,
-)
+from narx.experiments.command import command, run_directory
+from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.speed import peers as peers
 from narx.experiments.speed import solvers as solvers
 from narx.experiments.speed.compiled_c import CompiledC

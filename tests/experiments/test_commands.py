@@ -64,10 +64,12 @@ def test_a_sweep_leaves_a_run_each(run_command, tmp_path):
         "train", "-m", *SMALL, *QUICK, "seed=0,1", f"hydra.sweep.dir={tmp_path}/sweep"
     )
     assert status == 0, err
-    for run in ("0", "1"):
-        assert checkpoints.load(tmp_path / "sweep" / run / "checkpoint.pt")
-        assert list((tmp_path / "sweep" / run / "tensorboard").glob("events*"))
-        assert (tmp_path / "sweep" / run / ".hydra" / "overrides.yaml").is_file()
+    runs = sorted((tmp_path / "sweep").glob("seed=*"))
+    assert [run.name[:7] for run in runs] == ["seed=0-", "seed=1-"]
+    for run in runs:
+        assert checkpoints.load(run / "checkpoint.pt")
+        assert len(list((run / "tensorboard").glob("events*"))) == 1
+        assert (run / ".hydra" / "overrides.yaml").is_file()
 
 
 @pytest.mark.slow

@@ -1,0 +1,206 @@
+"""One run's folder: claimed by one process, marked as finished last, never written to again."""
+
+import json
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, OmegaConf
+
+from narx.errors import UserError
+from narx.experiments.runs.identity import code_digest, run_identity, settings_of
+from narx.experiments.runs.record import write_json
+from narx.files import atomic_path
+
+RECORD = "run.json"
+_LOCK = ".lock"
+_TRACEBACK = "traceback.txt"
+
+
+@dataclass
+class Run:
+    """A run in its folder.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where everything that the run leaves is written.
+    record : dict
+        Content of ``run.json``: ``state`` (``started``, ``failed``, ``interrupted``,
+        ``finished``), ``identity``, ``code``, ``data_sha256``, and once it is finished ``value``.
+    """
+
+    folder: Path
+    record: dict[str, Any]
+
+    @property
+    def finished(self) -> bool:
+        """Whether everything that the run leaves is there."""
+        return self.record["state"] == "finished"
+
+    def end(self, state: str, **further: object) -> None:
+        """Write how the run has ended; after ``finished`` nothing is written any more.
+
+        Parameters
+        ----------
+        state : {"finished", "failed", "interrupted"}
+            How it ended.
+        **further : object
+            What else belongs into the record.
+        """
+        self.record |= {"state": state, **further}
+        write_json(self.record, self.folder / RECORD)
+
+
+def read_record(folder: Path) -> dict[str, Any] | None:
+    """Read the record of a run.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        The run's.
+
+    Returns
+    -------
+    dict or None
+        Content of ``run.json``; None if there is none.
+
+    Raises
+    ------
+    UserError
+        If the file is not such a record.
+    """
+    path = folder / RECORD
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(record["identity"], str) or not isinstance(record["state"], str):
+            raise TypeError("identity and state are no text")
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{path}: not the record of a run ({error})") from error
+    return dict(record)
+
+
+@contextmanager
+def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> Iterator[Run]:
+    """Claim a folder for a run, and write down how it ends.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        The run's folder.
+    cfg : omegaconf.DictConfig
+        Configuration of the run.
+    data_sha256 : mapping of str to str
+        What it reads, by source.
+
+    Yields
+    ------
+    Run
+        Finished already, or to be done; whoever does it calls ``end("finished")`` last.
+
+    Raises
+    ------
+    UserError
+        If the folder holds a run of another configuration, code or data, or another process is
+        at work in it.
+    """
+    wanted = {
+        "state": "started",
+        "identity": run_identity(cfg),
+        "code": code_digest(),
+        "data_sha256": dict(data_sha256),
+    }
+    found = _same_run(folder, wanted, cfg)
+    if found is not None and found["state"] == "finished":
+        yield Run(folder, found)
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / _LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise UserError(f"{folder}: another process is at work in this folder") from None
+    try:
+        found = _same_run(folder, wanted, cfg)  # the other process may have ended just now
+        if found is not None and found["state"] == "finished":
+            yield Run(folder, found)
+            return
+        run = Run(folder, wanted)
+        _write_configuration(folder, cfg)
+        write_json(run.record, folder / RECORD)
+        (folder / _TRACEBACK).unlink(missing_ok=True)
+        with _end_recorded(run):
+            yield run
+    finally:
+        (folder / _LOCK).unlink(missing_ok=True)
+        lock.release()
+
+
+@contextmanager
+def _end_recorded(run: Run) -> Iterator[None]:
+    try:
+        yield
+    except UserError as error:
+        run.end("failed", reason=str(error))
+        raise
+    except Exception as error:
+        with atomic_path(run.folder / _TRACEBACK) as temporary:
+            temporary.write_text(traceback.format_exc(), encoding="utf-8")
+        run.end("failed", reason=f"{type(error).__name__}: {error}")
+        raise
+    except BaseException:
+        run.end("interrupted")
+        raise
+
+
+def _same_run(folder: Path, wanted: Mapping[str, Any], cfg: DictConfig) -> dict[str, Any] | None:
+    found = read_record(folder)
+    if found is None or all(found.get(k) == wanted[k] for k in ("identity", "data_sha256")):
+        return found
+    if found["state"] != "finished":
+        return None  # what was cut off before it could be of use may be written over
+    if found.get("code") != wanted["code"]:
+        difference = "made by another version of the code"
+    elif found["identity"] != wanted["identity"]:
+        difference = f"of another configuration ({_first_difference(folder, cfg)})"
+    else:
+        difference = "on other data"
+    raise UserError(f"{folder}: holds a finished run {difference}, expected another folder")
+
+
+def _first_difference(folder: Path, cfg: DictConfig) -> str:
+    there = _flat(settings_of(OmegaConf.load(folder / ".hydra" / "config.yaml")))  # type: ignore[arg-type]
+    here = _flat(settings_of(cfg))
+    for key in dict.fromkeys([*here, *there]):
+        if here.get(key) != there.get(key):
+            return f"{key} is {there.get(key)} there, {here.get(key)} here"
+    return "settings differ"
+
+
+def _flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def _write_configuration(folder: Path, cfg: DictConfig) -> None:
+    # not by Hydra itself, which would write into a finished run before anyone could look
+    hydra = HydraConfig.get()
+    for name, content in (
+        ("config", cfg),
+        ("hydra", OmegaConf.create({"hydra": hydra})),
+        ("overrides", hydra.overrides.task),
+    ):
+        with atomic_path(folder / ".hydra" / f"{name}.yaml") as temporary:
+            OmegaConf.save(content, temporary)

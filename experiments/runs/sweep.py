@@ -1,0 +1,119 @@
+"""How a sweep ends: every job that can work has worked, and each that could not is one line."""
+
+import json
+import shutil
+import sys
+import uuid
+from pathlib import Path
+from typing import Any, ClassVar
+
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.utils import JobReturn, JobStatus
+from hydra.experimental.callback import Callback
+from hydra.types import RunMode
+from omegaconf import DictConfig
+
+from narx.errors import user_error_behind
+from narx.experiments.runs.record import write_json
+
+USER_ERROR_STATUS = 2
+_FAULT_STATUS = 1
+
+
+class SweepReport(Callback):
+    """Gather the failed jobs of a sweep, whichever launcher and sweeper run it.
+
+    A job may run in another process or on another machine, so it leaves its reason as a file
+    in the sweep's folder.
+    """
+
+    # of this process; Hydra does not hand its callbacks out
+    current: ClassVar["SweepReport | None"] = None
+
+    def __init__(self) -> None:
+        self._failures: Path | None = None
+
+    def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
+        """Name the jobs' folders by what varies, and prepare to hear of failures.
+
+        Parameters
+        ----------
+        config : omegaconf.DictConfig
+            Configuration of the sweep; its Hydra overrides reach every job.
+        """
+        sweep = Path(config.hydra.sweep.dir).absolute()
+        sweep.mkdir(parents=True, exist_ok=True)
+        self._failures = sweep / ".failures" / uuid.uuid4().hex
+        SweepReport.current = self
+        overrides = OverridesParser.create().parse_overrides(list(config.hydra.overrides.task))
+        fixed = [o.get_key_element() for o in overrides if not o.is_sweep_override()]
+        exclude = ",".join(f"'{key}'" for key in fixed)
+        config.hydra.overrides.hydra.append(
+            f"hydra.job.config.override_dirname.exclude_keys=[{exclude}]"
+        )
+
+    def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
+        """Note why a job of the sweep has failed, and let the sweep go on.
+
+        Parameters
+        ----------
+        config : omegaconf.DictConfig
+            Configuration of the job.
+        job_return : hydra.core.utils.JobReturn
+            A failed one is handed on as one without a value: sweepers would raise it before
+            the other jobs are through, Optuna counts it as a failed trial.
+        """
+        if self._failures is None or config.hydra.mode != RunMode.MULTIRUN:
+            return
+        if job_return.status != JobStatus.FAILED:
+            return
+        error = job_return._return_value  # the property would raise it
+        mistake = user_error_behind(error)
+        write_json(
+            {
+                "job": config.hydra.job.num,
+                "overrides": config.hydra.job.override_dirname,
+                "reason": str(mistake or f"{type(error).__name__}: {error}"),
+                "user_error": mistake is not None,
+                "folder": config.hydra.runtime.output_dir,
+            },
+            self._failures / f"{config.hydra.job.num}.json",
+        )
+        job_return.status = JobStatus.COMPLETED
+        job_return.return_value = None
+
+    def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
+        """End the command with a status other than zero if some jobs have failed.
+
+        Parameters
+        ----------
+        config : omegaconf.DictConfig
+            Configuration of the sweep.
+        """
+        status = self.report()
+        print(f"table of all runs: narx-compare {config.hydra.sweep.dir}")
+        if status:
+            sys.exit(status)
+
+    def report(self) -> int:
+        """Print a line for each failed job.
+
+        Returns
+        -------
+        int
+            Exit status: 0 if no job failed, 2 if all failures are the user's to mend, else 1.
+        """
+        if self._failures is None or not self._failures.is_dir():
+            return 0
+        failures = sorted(
+            (json.loads(path.read_text()) for path in self._failures.glob("*.json")),
+            key=lambda failure: failure["job"],
+        )
+        for failure in failures:
+            where = "" if failure["user_error"] else f" (traceback.txt in {failure['folder']})"
+            print(
+                f"error: job {failure['job']} ({failure['overrides']}): {failure['reason']}{where}",
+                file=sys.stderr,
+            )
+        shutil.rmtree(self._failures)
+        return USER_ERROR_STATUS if all(f["user_error"] for f in failures) else _FAULT_STATUS

@@ -1,0 +1,146 @@
+"""A job that cannot work costs its sweep that job alone, whoever launches it."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from hydra.core.global_hydra import GlobalHydra
+
+from narx.errors import UserError
+from narx.experiments.command import command, run_directory
+
+LAUNCHERS = {
+    "basic": [],
+    "joblib": ["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"],
+    "submitit_local": ["hydra/launcher=submitit_local"],
+    "optuna": ["hydra/sweeper=optuna", "hydra.sweeper.n_trials=12", "hydra.sweeper.n_jobs=1"],
+}
+
+
+def train(cfg):
+    """Stand in for a training: leaves a file, fails where it cannot work."""
+    if cfg.model.hidden == 0:
+        raise UserError("model.hidden is '0', expected a positive whole number")
+    if cfg.model.hidden == 9:
+        raise KeyError("a fault of the program")
+    (run_directory() / "checkpoint.txt").write_text(f"{cfg.model.hidden} {cfg.seed}")
+    return float(cfg.model.hidden)
+
+
+@pytest.fixture
+def launch(tmp_path, monkeypatch, capfd):
+    def run(*overrides, function=train):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["narx-train", "-m", *overrides])
+        capfd.readouterr()
+        status = 0
+        try:
+            command("train")(function)()
+        except SystemExit as stop:
+            status = stop.code
+        finally:
+            GlobalHydra.instance().clear()
+        printed = capfd.readouterr()
+        return status, printed.out, printed.err
+
+    return run
+
+
+def checkpoints(folder):
+    return sorted(path.read_text() for path in Path(folder).glob("*/checkpoint.txt"))
+
+
+@pytest.mark.parametrize("launcher", LAUNCHERS)
+def test_all_other_jobs_of_a_sweep_finish(launch, launcher):
+    pytest.importorskip(
+        {"joblib": "joblib", "submitit_local": "submitit", "optuna": "optuna"}.get(launcher, "sys")
+    )
+    status, _, err = launch("model.hidden=2,0,3", "hydra.sweep.dir=SW", *LAUNCHERS[launcher])
+    assert status == 2
+    assert checkpoints("SW") == ["2 0", "3 0"]
+    errors = [line for line in err.splitlines() if line.startswith("error: ")]
+    assert errors
+    for line in errors:  # Optuna may try the same again
+        assert "(model.hidden=0): model.hidden is '0', expected a positive whole number" in line
+    assert "Traceback" not in err
+    if launcher != "optuna":
+        assert len(errors) == 1
+        assert errors[0].startswith("error: job 1 ")
+
+
+def test_every_batch_runs(launch):
+    status, _, err = launch(
+        "model.hidden=0,2,3", "hydra.sweep.dir=SW", "hydra.sweeper.max_batch_size=1"
+    )
+    assert status == 2
+    assert checkpoints("SW") == ["2 0", "3 0"]
+    assert err.count("error: ") == 1
+
+
+def test_a_fault_of_the_program_has_its_traceback_in_the_run(launch):
+    status, _, err = launch("model.hidden=9,0,2", "hydra.sweep.dir=SW")
+    assert status == 1
+    assert checkpoints("SW") == ["2 0"]
+    (line, other) = [line for line in err.splitlines() if line.startswith("error: ")]
+    assert "KeyError: 'a fault of the program'" in line
+    assert "model.hidden is '0'" in other
+    (text,) = Path("SW").glob("model.hidden=9-*/traceback.txt")
+    assert "KeyError" in text.read_text()
+
+
+def test_a_search_in_which_every_trial_fails_ends_with_lines_alone(launch):
+    pytest.importorskip("optuna")
+    status, _, err = launch("model.hidden=0", *LAUNCHERS["optuna"], "hydra.sweeper.n_trials=2")
+    assert status == 2
+    assert err.count("error: job ") == 2
+    assert "Traceback" not in err
+
+
+def test_a_search_counts_the_trials_of_earlier_launches(launch):
+    optuna = pytest.importorskip("optuna")
+    search = ("model.hidden=range(1,8)", "hydra/sweeper=optuna", "hydra.sweep.dir=SW")
+    assert launch(*search, "hydra.sweeper.n_trials=4")[0] == 0
+    assert launch(*search, "hydra.sweeper.n_trials=6")[0] == 0
+    study = optuna.load_study(study_name="test_sweep", storage="sqlite:///SW/optuna.db")
+    assert len(study.trials) == 6
+    assert study.best_value == min(float(text.split()[0]) for text in checkpoints("SW"))
+
+
+def test_the_same_sweep_again_does_what_is_missing_and_touches_nothing_finished(launch):
+    assert launch("seed=0,1", "hydra.sweep.dir=SW")[0] == 0
+    before = {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in Path("SW").glob("seed*/**/*")
+              if p.is_file()}  # fmt: skip
+    status, out, _ = launch("seed=0,1,2", "hydra.sweep.dir=SW")
+    assert status == 0
+    assert out.count("finished before") == 2
+    assert checkpoints("SW") == ["3 0", "3 1", "3 2"]
+    assert before
+    for path, (content, changed_ns) in before.items():
+        assert path.read_bytes() == content
+        assert path.stat().st_mtime_ns == changed_ns
+
+
+def test_a_sweep_finds_its_folder_by_its_command(launch):
+    assert launch("seed=0,1")[0] == 0
+    assert launch("seed=0,2")[0] == 0
+    status, out, _ = launch("seed=0,1", "hydra.job.chdir=false")
+    assert status == 0
+    assert out.count("finished before") == 2
+    assert len(list(Path("multirun").glob("*/*"))) == 2
+
+
+def test_ctrl_c_keeps_what_is_finished(launch):
+    def train_until_stopped(cfg):
+        if cfg.seed == 1:
+            raise KeyboardInterrupt
+        return train(cfg)
+
+    status, _, err = launch("seed=0,1,2", "hydra.sweep.dir=SW", function=train_until_stopped)
+    assert status == 130
+    assert err.strip().splitlines() == [
+        "interrupted: what is finished is kept; the same command goes on with the jobs that are "
+        "not finished"
+    ]
+    assert checkpoints("SW") == ["3 0"]
+    assert launch("seed=0,1,2", "hydra.sweep.dir=SW")[0] == 0
+    assert checkpoints("SW") == ["3 0", "3 1", "3 2"]
