@@ -16,13 +16,15 @@ class ResumableStudy(Callback):
     launches as well.
     """
 
-    def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
+    def on_multirun_start(self, config: DictConfig, **further: Any) -> None:
         """Fill in what is open.
 
         Parameters
         ----------
         config : omegaconf.DictConfig
             Configuration of the sweep; left as it is unless Optuna sweeps.
+        **further : object
+            What else Hydra gives.
         """
         sweeper = config.hydra.sweeper
         if "study_name" not in sweeper:

@@ -33,13 +33,15 @@ class SweepReport(Callback):
     def __init__(self) -> None:
         self._failures: Path | None = None
 
-    def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
+    def on_multirun_start(self, config: DictConfig, **further: Any) -> None:
         """Name the jobs' folders by what varies, and prepare to hear of failures.
 
         Parameters
         ----------
         config : omegaconf.DictConfig
             Configuration of the sweep; its Hydra overrides reach every job.
+        **further : object
+            What else Hydra gives.
         """
         sweep = Path(config.hydra.sweep.dir).absolute()
         sweep.mkdir(parents=True, exist_ok=True)
@@ -52,7 +54,7 @@ class SweepReport(Callback):
             f"hydra.job.config.override_dirname.exclude_keys=[{exclude}]"
         )
 
-    def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
+    def on_job_end(self, config: DictConfig, job_return: JobReturn, **further: Any) -> None:
         """Note why a job of the sweep has failed, and let the sweep go on.
 
         Parameters
@@ -62,6 +64,8 @@ class SweepReport(Callback):
         job_return : hydra.core.utils.JobReturn
             A failed one is handed on as one without a value: sweepers would raise it before
             the other jobs are through, Optuna counts it as a failed trial.
+        **further : object
+            What else Hydra gives.
         """
         if self._failures is None or config.hydra.mode != RunMode.MULTIRUN:
             return
@@ -82,13 +86,15 @@ class SweepReport(Callback):
         job_return.status = JobStatus.COMPLETED
         job_return.return_value = None
 
-    def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
+    def on_multirun_end(self, config: DictConfig, **further: Any) -> None:
         """End the command with a status other than zero if some jobs have failed.
 
         Parameters
         ----------
         config : omegaconf.DictConfig
             Configuration of the sweep.
+        **further : object
+            What else Hydra gives.
         """
         status = self.report()
         print(f"table of all runs: narx-compare {config.hydra.sweep.dir}")
