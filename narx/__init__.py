@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from narx.inference import Checkpoint, NarxMethod, angles_from_gyroscope, predict
     from narx.network import Narx
     from narx.recordings import ImuRecording, Trial
-    from narx.training import LevenbergMarquardt, Objective
+    from narx.training import LevenbergMarquardt, Objective, Trainer
     from narx.windows import LaggedWindows, TrainingSequence
 
 __version__ = "0.1.0"
@@ -29,6 +29,7 @@ _ROOM_OF = {
     "Objective": "narx.training",
     "predict": "narx.inference",
     "SimulatedGait": "narx.datasets",
+    "Trainer": "narx.training",
     "TrainingSequence": "narx.windows",
     "Trial": "narx.recordings",
 }
@@ -42,6 +43,7 @@ __all__ = [
     "NarxMethod",
     "Objective",
     "SimulatedGait",
+    "Trainer",
     "TrainingSequence",
     "Trial",
     "__version__",

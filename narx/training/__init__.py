@@ -5,6 +5,8 @@ from narx.training.gradient import Adam, Lbfgs
 from narx.training.levenberg_marquardt import LevenbergMarquardt
 from narx.training.objective import Objective
 from narx.training.teachers import MethodTeacher, ReferenceTeacher
+from narx.training.trainer import Trainer
+from narx.training.trial_reader import TrialReader
 
 __all__ = [
     "Adam",
@@ -14,4 +16,6 @@ __all__ = [
     "NetworkDesign",
     "Objective",
     "ReferenceTeacher",
+    "Trainer",
+    "TrialReader",
 ]

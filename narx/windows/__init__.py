@@ -1,11 +1,12 @@
 """What a network is trained on: sequences without gaps, lagged windows of them."""
 
 from narx.windows.lagged import LaggedWindows
-from narx.windows.sequences import TrainingSequence, contiguous, hold_back
+from narx.windows.sequences import TrainingSequence, contiguous, from_arrays, hold_back
 
 __all__ = [
     "LaggedWindows",
     "TrainingSequence",
     "contiguous",
+    "from_arrays",
     "hold_back",
 ]

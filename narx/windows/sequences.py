@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from narx.errors import UserError
 from narx.method import SegmentSignals
 from narx.types import BoolArray, FloatArray
 
@@ -34,6 +35,58 @@ class TrainingSequence:
     def duration_s(self) -> float:
         """Length in s."""
         return self.signals.n_samples * self.signals.interval_s
+
+
+def from_arrays(
+    rates_rad_s: FloatArray,
+    angles_rad: FloatArray,
+    sampling_rate_hz: float,
+    name: str = "arrays",
+    weight: float = 1.0,
+) -> list[TrainingSequence]:
+    """Make training sequences of own arrays.
+
+    Parameters
+    ----------
+    rates_rad_s : array_like, shape (N, 3)
+        Gyroscope about the sagittal, frontal and transverse axis, rad/s; NaN where missing.
+    angles_rad : array_like, shape (N, 3)
+        Angles to learn, rad, same axes and samples; NaN where there are none.
+    sampling_rate_hz : float
+        Rate of both, Hz.
+    name : str
+        For messages and the network's history.
+    weight : float
+        Of the squared errors.
+
+    Returns
+    -------
+    list of TrainingSequence
+        One for each stretch of at least 2 s without a gap in the rates.
+
+    Raises
+    ------
+    UserError
+        If a shape or the sampling rate is wrong, a value is infinite, or no stretch is long
+        enough.
+    """
+    rates, angles = np.array(rates_rad_s, dtype=float), np.array(angles_rad, dtype=float)
+    for what, values in (("rates_rad_s", rates), ("angles_rad", angles)):
+        if values.ndim != 2 or values.shape[1] != 3 or len(values) != len(rates):
+            raise UserError(
+                f"{name}: {what} has shape {values.shape}, expected (N, 3) with the same N for "
+                "rates and angles"
+            )
+        if np.isinf(values).any():
+            row = int(np.flatnonzero(np.isinf(values).any(axis=1))[0])
+            raise UserError(f"{name}: {what} is infinite at sample {row}")
+    if not 0 < sampling_rate_hz < np.inf:
+        raise UserError(f"{name}: sampling_rate_hz is {sampling_rate_hz}, expected above 0 Hz")
+    signals = SegmentSignals(name, float(sampling_rate_hz), rates, np.full_like(rates, np.nan))
+    sequences = contiguous(name, signals, angles, np.ones(len(rates), dtype=bool), weight)
+    if not sequences:
+        raise UserError(f"{name}: no stretch of 2 s without a gap in rates_rad_s")
+    return sequences
 
 
 def contiguous(

@@ -1,0 +1,207 @@
+"""Train a network from a notebook or a command: trials, folds or own arrays in, checkpoint out."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, get_args
+
+import numpy as np
+
+from narx.datasets.base import TrialSource
+from narx.datasets.splits import Fold, TrialPart, load
+from narx.errors import UserError
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.narx_method import AxisScaling
+from narx.inference.start_up import StartUp
+from narx.inference.washout import WASHOUT_S, washout_gain
+from narx.recordings.trial import Trial
+from narx.training.design import NetworkDesign, train_network
+from narx.training.levenberg_marquardt import LevenbergMarquardt
+from narx.training.objective import Log, Objective, Optimizer
+from narx.training.trial_reader import Stretch, TrialReader
+from narx.windows.sequences import TrainingSequence, hold_back
+
+
+def _silent(iteration: int, numbers: dict[str, float]) -> None:
+    """Log nothing."""
+
+
+@dataclass(frozen=True)
+class Trainer:
+    """All choices of a training; `fit` runs it.
+
+    Parameters
+    ----------
+    design : NetworkDesign
+        Kind of network.
+    objective : Objective
+        What is minimised.
+    optimizer : Optimizer
+        Finds the weights.
+    reader : TrialReader
+        How sequences are cut out of trials, and whose angles are learned; of no effect on
+        sequences that come ready.
+    start_up : StartUp
+        How the trained network starts.
+    axis_scaling : {"training", "own"}
+        As `narx.inference.NarxMethod`.
+    washout_s : float, optional
+        As `narx.inference.NarxMethod`, s; None leaves a lasting deviation.
+    held_back : float
+        End of each training sequence that chooses among restarts where no data are given for
+        that, as a share of its samples in [0, 1); 0 lets the training data choose.
+    seed : int or numpy.random.Generator
+        Of the starts.
+
+    Raises
+    ------
+    UserError
+        If a value is out of its range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from narx import Trainer
+    >>> from narx.windows import from_arrays
+    >>> time_s = np.arange(0, 20, 0.01)
+    >>> angles = 0.4 * np.sin(2 * np.pi * time_s)[:, None] * [1.0, 0.2, 0.0]
+    >>> rates = np.gradient(angles, 0.01, axis=0)
+    >>> checkpoint = Trainer(seed=1).fit(from_arrays(rates, angles, 100.0))
+    >>> bool(checkpoint.history["report"]["restarts"]["validation_rmse_best_deg"] < 1.0)
+    True
+    """
+
+    design: NetworkDesign = field(default_factory=NetworkDesign)
+    objective: Objective = field(default_factory=Objective)
+    optimizer: Optimizer = field(default_factory=LevenbergMarquardt)
+    reader: TrialReader = field(default_factory=TrialReader)
+    start_up: StartUp = field(default_factory=StartUp)
+    axis_scaling: AxisScaling = "training"
+    washout_s: float | None = WASHOUT_S
+    held_back: float = 0.25
+    seed: int | np.random.Generator = 0
+
+    def __post_init__(self) -> None:
+        washout_gain(self.washout_s, 1.0)  # refuses a time that is not positive
+        if self.axis_scaling not in get_args(AxisScaling):
+            raise UserError(
+                f"model.axis_scaling is '{self.axis_scaling}', expected one of "
+                f"{', '.join(get_args(AxisScaling))}"
+            )
+        if not 0 <= self.held_back < 1:
+            raise UserError(
+                f"training.held_back is {self.held_back}, expected a share of at least 0 and "
+                "below 1"
+            )
+
+    def fit(
+        self,
+        training: Iterable[Trial | TrainingSequence],
+        validation: Iterable[Trial | TrainingSequence] = (),
+        log: Log = _silent,
+    ) -> Checkpoint:
+        """Train on whole trials, on own sequences, or on both.
+
+        Parameters
+        ----------
+        training : iterable of Trial or TrainingSequence
+            What is trained on; `narx.windows.from_arrays` makes sequences of own arrays.
+        validation : iterable of Trial or TrainingSequence, optional
+            Chooses among restarts; the end of every training sequence if not given.
+        log : callable, optional
+            Called with iteration and numbers by name as the training goes.
+
+        Returns
+        -------
+        Checkpoint
+            Trained network with its report and stability statement; with its error where trials
+            have a reference.
+
+        Raises
+        ------
+        UserError
+            If there is nothing to train on.
+        """
+        training = list(training)
+        trials = [item for item in training if isinstance(item, Trial)]
+        network = self._fit(self._sequences(training), self._sequences(validation), log)
+        hashes = {name: sha for trial in trials for name, sha in trial.sources.items()}
+        return self._measured(network, trials, data_sha256=hashes)
+
+    def fit_fold(
+        self, sources: Mapping[str, TrialSource], fold: Fold, log: Log = _silent
+    ) -> Checkpoint:
+        """Train on the training part of a fold; its trials are in memory one at a time.
+
+        Parameters
+        ----------
+        sources : mapping of str to TrialSource
+            By name.
+        fold : Fold
+            What may be trained on; its test part is not touched.
+        log : callable, optional
+            As `fit`.
+
+        Returns
+        -------
+        Checkpoint
+            As `fit`.
+
+        Raises
+        ------
+        UserError
+            If there is nothing to train on.
+        """
+        hashes: dict[str, str] = {}
+
+        def stretches(parts: Sequence[TrialPart]) -> Iterable[Stretch]:
+            for part in parts:
+                trial = load(sources, part)
+                hashes.update(trial.sources)
+                yield Stretch(trial, part.start_s, part.stop_s)
+
+        training = self.reader.sequences(stretches(fold.training))
+        validation = self.reader.sequences(stretches(fold.validation))
+        network = self._fit(training, validation, log)
+        once = {part.key: part for part in fold.training}.values()
+        trials = map(partial(load, sources), once)
+        return self._measured(network, trials, fold=fold.name, data_sha256=hashes)
+
+    def _sequences(self, data: Iterable[Trial | TrainingSequence]) -> list[TrainingSequence]:
+        found: list[TrainingSequence] = []
+        for item in data:
+            found += self.reader.sequences([Stretch(item)]) if isinstance(item, Trial) else [item]
+        return found
+
+    def _fit(
+        self, training: list[TrainingSequence], validation: list[TrainingSequence], log: Log
+    ) -> Checkpoint:
+        if not training:
+            raise UserError("training: there is no sequence to train on")
+        if not validation:
+            training, validation = hold_back(training, self.held_back)
+        model, history = train_network(
+            training,
+            validation,
+            self.design,
+            self.objective,
+            self.optimizer,
+            np.random.default_rng(self.seed),
+            log,
+        )
+        return Checkpoint(
+            model,
+            self.start_up,
+            self.axis_scaling,
+            history=history,
+            washout_s=self.washout_s,
+        )
+
+    def _measured(self, network: Checkpoint, trials: Iterable[Trial], **history: Any) -> Checkpoint:
+        after, start = self.reader.error_stds(network.method(), trials)
+        return replace(
+            network,
+            error_std_rad=after,
+            start_std_rad=start,
+            history=network.history | history,
+        )

@@ -1,0 +1,174 @@
+"""From trials to training sequences, and the error of a trained method on them."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from narx.baselines.complementary_filter import ComplementaryFilter
+from narx.calibration.calibrate import Mode, calibrate
+from narx.errors import UserError
+from narx.inference.narx_method import NarxMethod
+from narx.recordings.trial import Trial
+from narx.training.teachers import AutomaticTeacher, Teacher
+from narx.types import BoolArray, FloatArray
+from narx.windows.sequences import TrainingSequence, contiguous
+
+Std = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A trial and the part of it that may be trained on.
+
+    Parameters
+    ----------
+    trial : Trial
+        The whole trial.
+    start_s, stop_s : float
+        Part of it, in s from its first sample.
+    """
+
+    trial: Trial
+    start_s: float = 0.0
+    stop_s: float = inf
+
+
+def _default_teacher() -> Teacher:
+    return AutomaticTeacher(ComplementaryFilter(crossover_hz=0.1))
+
+
+@dataclass(frozen=True)
+class TrialReader:
+    """How training sequences are cut out of trials.
+
+    Parameters
+    ----------
+    teacher : Teacher
+        Whose angles are learned: by default the reference where there is one, on simulated gait
+        the complementary filter, as Tham et al.
+    calibration : {"auto", "leg", "knee", "functional", "walking", "sensor"}
+        As `narx.calibration.calibrate`.
+    skip_s : float
+        Start of each trial that is not trained on, s.
+    segments : sequence of str, optional
+        Names of the segments to train on; all if not given.
+    weights : mapping of str to float
+        Factor on the squared errors by dataset; 1 for those not named.
+
+    Raises
+    ------
+    UserError
+        If the time to skip is negative or a weight is not a finite number above zero.
+    """
+
+    teacher: Teacher = field(default_factory=_default_teacher)
+    calibration: Mode = "auto"
+    skip_s: float = 5.0
+    segments: tuple[str, ...] | None = None
+    weights: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.skip_s < inf:
+            raise UserError(f"training.skip_s is {self.skip_s}, expected 0 s or more")
+        for name, weight in self.weights.items():
+            if not 0 < weight < inf:
+                raise UserError(f"training.weights.{name} is {weight}, expected a number above 0")
+
+    def sequences(self, stretches: Iterable[Stretch]) -> list[TrainingSequence]:
+        """Cut trials into sequences without gaps.
+
+        Parameters
+        ----------
+        stretches : iterable of Stretch
+            Read one after another, so trials need not be in memory together.
+
+        Returns
+        -------
+        list of TrainingSequence
+            Trial after trial, segment after segment, each in time order.
+
+        Raises
+        ------
+        UserError
+            If a part lies beyond its trial, no trial has a segment that is wanted, or nothing
+            is free of gaps.
+        """
+        found: list[TrainingSequence] = []
+        names: list[str] = []
+        present: set[str] = set()
+        for stretch in stretches:
+            trial = stretch.trial
+            names.append(trial.name)
+            keep = self._inside(stretch)
+            weight = float(self.weights.get(trial.dataset, 1.0))
+            for name, segment in calibrate(trial, self.calibration).items():
+                present.add(name)
+                if self.segments is not None and name not in self.segments:
+                    continue
+                target = self.teacher.angles_rad(trial.dataset, segment)
+                found += contiguous(f"{trial.name}/{name}", segment.signals, target, keep, weight)
+        unknown = sorted(set(self.segments or ()) - present)
+        if unknown and names:
+            raise UserError(
+                f"training.segments holds '{unknown[0]}', which none of the trials has; they have "
+                f"{', '.join(sorted(present))}"
+            )
+        if not found and names:
+            raise UserError(f"training: no stretch of 2 s without gaps in {', '.join(names)}")
+        return found
+
+    def _inside(self, stretch: Stretch) -> BoolArray:
+        since_start_s = stretch.trial.time_s - stretch.trial.time_s[0]
+        start_s = max(self.skip_s, stretch.start_s)
+        inside: BoolArray = np.asarray(
+            (since_start_s >= start_s) & (since_start_s < stretch.stop_s)
+        )
+        if not inside.any():
+            raise UserError(
+                f"training: {stretch.trial.name} lasts {since_start_s[-1]:.1f} s, no part of it "
+                f"lies between {start_s:g} s and {stretch.stop_s:g} s"
+            )
+        return inside
+
+    def error_stds(
+        self, method: NarxMethod, trials: Iterable[Trial]
+    ) -> tuple[Std, Std] | tuple[None, None]:
+        """Measure the error of a trained network on whole trials with a reference.
+
+        Parameters
+        ----------
+        method : NarxMethod
+            The network with its start-up and washout.
+        trials : iterable of Trial
+            Those trained on.
+
+        Returns
+        -------
+        after, start : tuple of three floats, or None
+            Root mean square error of each axis after the start-up and during it, rad: what the
+            standard deviation of an estimate is taken to be. None without a reference.
+        """
+        total, count = np.zeros((2, 3)), np.zeros((2, 3))
+        for trial in trials:
+            keep = trial.time_s - trial.time_s[0] >= self.skip_s
+            for segment in calibrate(trial, self.calibration).values():
+                if segment.reference_angles_rad is None:
+                    continue
+                error = segment.reference_angles_rad - method.estimate(segment.signals)
+                starting = method.starting(segment.signals)
+                for row, when in enumerate((keep & starting, keep & ~starting)):
+                    total[row] += np.nansum(error[when] ** 2, axis=0)
+                    count[row] += np.isfinite(error[when]).sum(axis=0)
+        if not count.any():
+            return None, None
+        start, after = np.sqrt(
+            np.divide(total, count, out=np.full((2, 3), np.nan), where=count > 0)
+        )
+        return _as_std(np.where(np.isfinite(after), after, start)), _as_std(start)
+
+
+def _as_std(values_rad: FloatArray) -> Std:
+    sagittal, frontal, transverse = map(float, values_rad)
+    return sagittal, frontal, transverse
