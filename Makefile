@@ -1,6 +1,7 @@
 # make benchmark   set up .venv, then the main job on the embedded data
 # make test        lint, types, docstrings, tests with coverage
 # make speed       add the peers, then the speed benchmark
+# make docs        the documentation as a site, into site/
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -8,7 +9,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
 OVERRIDES ?=
 
-.PHONY: benchmark test lint speed clean
+.PHONY: benchmark test docs speed clean
 
 benchmark: $(VENV)/.run
 	$(BIN)/python -m experiments.benchmark $(OVERRIDES)
@@ -18,6 +19,9 @@ test: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist worksteal --cov --cov-report=term:skip-covered --durations=10
+
+docs: $(VENV)/.dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 speed: $(VENV)/.peers
 	$(BIN)/python -m experiments.speed $(OVERRIDES)
@@ -30,7 +34,7 @@ $(VENV)/.run: pyproject.toml constraints.txt
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.run
-	$(PIP) --editable ".[dev,filters,onnx,sweep]"
+	$(PIP) --editable ".[dev,docs,filters,onnx,sweep]"
 	touch $@
 
 $(VENV)/.peers: $(VENV)/.run
@@ -38,4 +42,4 @@ $(VENV)/.peers: $(VENV)/.run
 	touch $@
 
 clean:
-	rm -rf $(VENV) outputs multirun .coverage .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) site outputs multirun .coverage .pytest_cache .mypy_cache .ruff_cache

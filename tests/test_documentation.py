@@ -1,0 +1,101 @@
+"""What the pages show runs, and the site builds without a warning."""
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from narx.inference import pretrained
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = ["README.md", *(str(p.relative_to(ROOT)) for p in sorted((ROOT / "docs").rglob("*.md")))]
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+BLOCKS = {page: BLOCK.findall((ROOT / page).read_text()) for page in PAGES}
+
+
+def walk(n=4000, rate_hz=100.0):
+    rates = np.zeros((n, 3))
+    rates[300:, 0] = 2.0 * np.sin(2.0 * np.pi * 0.9 * np.arange(n - 300) / rate_hz)
+    return rates
+
+
+def exported(folder):
+    from narx.export import onnx, torch_export, torchscript
+
+    torchscript.write(pretrained(), folder / "narx.pt")
+    torch_export.write(pretrained(), folder / "narx.pt2")
+    onnx.write(pretrained(), folder / "narx.onnx")
+    axis_rates = torch.from_numpy(walk(50))
+    return {"axis_rates": axis_rates, "sample": axis_rates[0]}
+
+
+# what a page takes as given: the reader's own arrays and files
+GIVEN = {
+    "README.md": lambda folder: {"gyroscope_rad_s": walk()},
+    "docs/predict.md": lambda folder: {"gyroscope_rad_s": walk()},
+    "docs/model_card.md": lambda folder: {"gyroscope_rad_s": walk()},
+    "docs/export.md": exported,
+}
+
+
+def _needs_recordings(page):
+    return any('"recordings/' in block for block in BLOCKS[page])
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*:DeprecationWarning")
+@pytest.mark.parametrize("page", [page for page in PAGES if BLOCKS[page]])
+def test_python_blocks_run(page, tmp_path, monkeypatch):
+    root = os.environ.get("NARX_DATA_ROOT")
+    if _needs_recordings(page):
+        if root is None:
+            pytest.skip("needs real recordings below NARX_DATA_ROOT")
+        (tmp_path / "recordings").symlink_to(root)
+    monkeypatch.chdir(tmp_path)
+    names = GIVEN.get(page, lambda folder: {})(tmp_path)
+    for number, block in enumerate(BLOCKS[page], 1):
+        if "onnxruntime" in block:
+            pytest.importorskip("onnxruntime")
+            names["sample"] = names["axis_rates"][0].numpy()
+        exec(compile(block, f"{page}, block {number}", "exec"), names)
+
+
+def test_first_programs_are_short():
+    blocks = BLOCKS["docs/python.md"]
+    assert len(blocks) >= 2
+    assert max(len(block.splitlines()) for block in blocks) <= 28
+
+
+def test_the_picture_of_the_house_shows_the_rooms():
+    house = _load(ROOT / "docs" / "house.py")
+    architecture = _load(ROOT / "tests" / "test_architecture.py")
+    assert tuple(rooms for rooms, _ in house.FLOORS) == architecture.FLOORS
+    drawn = (ROOT / "docs" / "figures" / "house.svg").read_text()
+    assert all(f">{room}<" in drawn for room in architecture.FLOOR_OF)
+
+
+def _load(path):
+    spec = importlib.util.spec_from_file_location(f"loaded_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning(tmp_path):
+    pytest.importorskip("mkdocs")
+    answer = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-d", tmp_path / "site"],
+        cwd=ROOT,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+    )
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    assert "calibrate" in (tmp_path / "site" / "api" / "calibration" / "index.html").read_text()
