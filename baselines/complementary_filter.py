@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from narx.baselines.parameters import one_of, positive, tilt_axes
-from narx.baselines.tilt import tilt
 from narx.errors import UserError
-from narx.kinematics.segment_angles import tilt_from_specific_force
+from narx.kernels.gravity import complementary, complementary_step, tilt
+from narx.kinematics.segment_angles import FRONTAL, tilt_from_specific_force
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.types import FloatArray
 
@@ -111,7 +110,7 @@ class ComplementaryFilter(OrientationMethod):
         tilts = tilt_from_specific_force(signals.specific_force_m_s2)
         gain = 1.0 - self.alpha(signals.sampling_rate_hz)
         for axis in self.columns:
-            angles[:, axis] = _filter(
+            angles[:, axis] = complementary(
                 np.ascontiguousarray(signals.axis_rates_rad_s[:, axis]),
                 np.ascontiguousarray(tilts[:, axis]),
                 0.0 if initial is None else float(initial[axis]),
@@ -136,11 +135,11 @@ class ComplementaryFilter(OrientationMethod):
             if before is not None:
                 x, y, z = specific_force
                 for axis in self.columns:
-                    angles[axis] = _advance(
+                    angles[axis] = complementary_step(
                         angles[axis],
                         rates[axis],
                         before[axis],
-                        tilt(axis, x, y, z),
+                        tilt(axis == FRONTAL, x, y, z),
                         interval_s,
                         gain,
                         trapezoid,
@@ -149,46 +148,3 @@ class ComplementaryFilter(OrientationMethod):
             return np.array(angles)
 
         return step
-
-
-def _advance(
-    angle: float,
-    rate: float,
-    rate_before: float,
-    tilted: float,
-    interval_s: float,
-    gain: float,
-    trapezoid: bool,
-) -> float:
-    """One sample of one axis; plain arithmetic, so that it can be compiled and counted."""
-    if trapezoid:
-        predicted = angle + (0.5 * interval_s) * (rate + rate_before)
-    else:
-        predicted = angle + interval_s * rate
-    difference = tilted - predicted
-    if abs(difference) > np.pi:
-        difference = difference - 2.0 * np.pi * round(difference / (2.0 * np.pi))
-    return predicted + gain * difference
-
-
-_advance_compiled = njit(cache=True)(_advance)
-
-
-@njit(cache=True)
-def _filter(
-    rate: FloatArray,
-    tilts: FloatArray,
-    initial: float,
-    interval_s: float,
-    gain: float,
-    trapezoid: bool,
-) -> FloatArray:  # pragma: no cover
-    out = np.empty(len(rate))
-    angle = initial
-    for k in range(len(rate)):
-        if k > 0:
-            angle = _advance_compiled(
-                angle, rate[k], rate[k - 1], tilts[k], interval_s, gain, trapezoid
-            )
-        out[k] = angle
-    return out

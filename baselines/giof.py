@@ -3,16 +3,14 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 from scipy import signal
 
 from narx.baselines.moving_average import centred_moving_average
 from narx.baselines.parameters import one_of, positive, tilt_axes
-from narx.baselines.tilt import tilt
 from narx.errors import MethodNotApplicableError, UserError
 from narx.gait.stride_frequency import stride_frequency_hz
-from narx.kinematics.segment_angles import SAGITTAL
+from narx.kernels.gravity import giof, gravity_alone, integrate, tilt
+from narx.kinematics.segment_angles import FRONTAL, SAGITTAL
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.recordings.trial import GRAVITY_M_S2
 from narx.types import FloatArray
@@ -121,10 +119,10 @@ class Giof(OrientationMethod):
             rates, force = self._low_pass(signals)
         initial = signals.initial_angles_rad
         start = np.zeros(3) if initial is None else np.asarray(initial, dtype=float)
-        angles[:, self.columns] = _filter(
+        angles[:, self.columns] = giof(
             np.ascontiguousarray(rates[:, self.columns]),
             np.ascontiguousarray(force),
-            np.array(self.columns),
+            np.array(self.columns) == FRONTAL,
             start[self.columns],
             0.5 * signals.interval_s,
             *self._norm_squared_range,
@@ -185,15 +183,15 @@ class Giof(OrientationMethod):
             nonlocal before, rested
             rates = {axis: smooth[axis](axis_rates[axis]) - offset[axis] for axis in self.columns}
             x, y, z = (smooth[3 + i](specific_force[i]) for i in range(3))
-            resting = _gravity_alone(x, y, z, low, high) and all(
+            resting = gravity_alone(x, y, z, low, high) and all(
                 abs(rates[axis]) < threshold for axis in self.columns
             )
             rested = rested + 1 if resting else 0
             for axis in self.columns:
                 if rested >= needed:
-                    angles[axis] = tilt(axis, x, y, z)
+                    angles[axis] = tilt(axis == FRONTAL, x, y, z)
                 elif before is not None:
-                    angles[axis] = _integrate(angles[axis], rates[axis], before[axis], half_s)
+                    angles[axis] = integrate(angles[axis], rates[axis], before[axis], half_s)
             before = rates
             return np.array(angles)
 
@@ -222,53 +220,3 @@ def _biquad(b: list[float], a: list[float]) -> Callable[[float], float]:
         return out
 
     return step
-
-
-# plain arithmetic, so that it can be compiled and counted
-
-
-def _gravity_alone(x: float, y: float, z: float, low: float, high: float) -> bool:
-    """Eq. (1), squared to save the root."""
-    norm_squared = x * x + y * y + z * z
-    return low < norm_squared < high
-
-
-def _integrate(angle: float, rate: float, rate_before: float, half_interval_s: float) -> float:
-    return angle + half_interval_s * (rate + rate_before)
-
-
-_gravity_alone_compiled = njit(cache=True)(_gravity_alone)
-_tilt_compiled = njit(cache=True)(tilt)
-_integrate_compiled = njit(cache=True)(_integrate)
-
-
-@njit(cache=True)
-def _filter(
-    rates: FloatArray,
-    force: FloatArray,
-    axes: NDArray[np.int64],
-    start: FloatArray,
-    half_interval_s: float,
-    low: float,
-    high: float,
-    rate_threshold: float,
-    needed: int,
-) -> FloatArray:  # pragma: no cover
-    out = np.empty_like(rates)
-    rested = 0
-    for k in range(len(rates)):
-        x, y, z = force[k]
-        resting = _gravity_alone_compiled(x, y, z, low, high)
-        for i in range(len(axes)):
-            resting = resting and abs(rates[k, i]) < rate_threshold
-        rested = rested + 1 if resting else 0
-        for i in range(len(axes)):
-            if rested >= needed:
-                out[k, i] = _tilt_compiled(axes[i], x, y, z)
-            elif k == 0:
-                out[k, i] = start[i]
-            else:
-                out[k, i] = _integrate_compiled(
-                    out[k - 1, i], rates[k, i], rates[k - 1, i], half_interval_s
-                )
-    return out

@@ -15,9 +15,8 @@ import numpy as np
 import pandas as pd
 
 from narx.baselines import two_point
-from narx.baselines.tilt import tilt
 from narx.errors import MethodNotApplicableError
-from narx.kinematics.segment_angles import FRONTAL, SAGITTAL
+from narx.kernels.gravity import tilt
 from narx.method import OrientationMethod, SegmentSignals
 from narx.types import FloatArray
 
@@ -210,7 +209,7 @@ def count_two_point(signals: SegmentSignals) -> dict[str, float]:
     counts: Counter[str] = Counter()
     ends = [counted(signals.specific_force_m_s2[k], counts) for k in (0, -1)]
     at_start, at_stop = (
-        np.array([tilt(SAGITTAL, *force), tilt(FRONTAL, *force), CountedFloat(0.0, counts)])
+        np.array([tilt(False, *force), tilt(True, *force), CountedFloat(0.0, counts)])
         for force in ends
     )
     rates = counted(signals.axis_rates_rad_s, counts)

@@ -1,11 +1,11 @@
 """Pseudo-integrator: a band-pass that integrates above its breakpoint and forgets below it."""
 
 import numpy as np
-from numba import njit
 
 from narx.baselines.parameters import one_of, positive
 from narx.errors import MethodNotApplicableError
 from narx.gait.stride_frequency import StrideFrequencyTracker, stride_frequency_hz
+from narx.kernels.pseudo_integrator import pseudo_integrate, pseudo_integrator_step
 from narx.kinematics.segment_angles import SAGITTAL
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.types import FloatArray
@@ -90,7 +90,7 @@ class PseudoIntegrator(OrientationMethod):
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         rates = np.ascontiguousarray(signals.axis_rates_rad_s)
-        return _filter(rates, self.breakpoint_rad_s(signals), signals.interval_s)
+        return pseudo_integrate(rates, self.breakpoint_rad_s(signals), signals.interval_s)
 
     def _stream(self, sampling_rate_hz: float) -> Step:
         interval_s = 1.0 / sampling_rate_hz
@@ -108,40 +108,9 @@ class PseudoIntegrator(OrientationMethod):
         def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
             frequency = track(axis_rates[SAGITTAL]) if fixed_hz is None else fixed_hz
             for axis in range(3):
-                states[axis] = _advance(
+                states[axis] = pseudo_integrator_step(
                     states[axis], axis_rates[axis], scale * frequency, interval_s
                 )
             return np.array([angle - mean for angle, mean, _ in states])
 
         return step
-
-
-def _advance(
-    state: tuple[float, float, float], rate: float, breakpoint_rad_s: float, interval_s: float
-) -> tuple[float, float, float]:
-    """One sample of one axis: leaky integral, its slow part, and the rate; the angle is their
-    difference. Plain arithmetic, so that it can be compiled and counted.
-    """
-    integral, slow, rate_before = state
-    leak = 0.5 * interval_s * breakpoint_rad_s
-    normaliser = 1.0 / (1.0 + leak)
-    kept = (1.0 - leak) * normaliser
-    following = kept * integral + (0.5 * interval_s) * normaliser * (rate + rate_before)
-    slow = kept * slow + leak * normaliser * (following + integral)
-    return following, slow, rate
-
-
-_advance_compiled = njit(cache=True)(_advance)
-
-
-@njit(cache=True)
-def _filter(
-    rates: FloatArray, breakpoint_rad_s: FloatArray, interval_s: float
-) -> FloatArray:  # pragma: no cover
-    out = np.empty_like(rates)
-    for axis in range(rates.shape[1]):
-        state = (0.0, 0.0, 0.0)
-        for k in range(len(rates)):
-            state = _advance_compiled(state, rates[k, axis], breakpoint_rad_s[k], interval_s)
-            out[k, axis] = state[0] - state[1]
-    return out

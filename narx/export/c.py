@@ -15,7 +15,7 @@ from narx.export.recurrence import ExportedNarx
 from narx.files import atomic_path
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.washout import washout_gain
-from narx.kernels.euler import COS_FRONTAL_MIN
+from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
 
 Precision = Literal["double", "float"]

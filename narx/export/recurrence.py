@@ -34,9 +34,8 @@ from torch import Tensor, nn
 
 from narx.errors import MethodNotApplicableError
 from narx.inference.checkpoint import Checkpoint
-from narx.inference.start_up import MOVING_S, STATE_SIZE
 from narx.inference.washout import washout_gain
-from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
+from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S, MOVING_S, STATE_SIZE
 from narx.network.cell import coupled_rates
 
 _NETWORK = STATE_SIZE + 6

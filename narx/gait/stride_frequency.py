@@ -9,17 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 from scipy import fft, signal
 
+from narx.kernels.stride import MINIMUM_RMS_RAD_S, TrackerState, track, track_all
 from narx.types import FloatArray
 
 # from a very slow, cautious gait (Parkinson's disease, 0.5 strides/s) to sprinting (1.7)
 STRIDE_FREQUENCY_RANGE_HZ = (0.4, 1.8)
-
-# below this RMS a leg does not walk: a third of the slowest gait's (about 0.5 rad/s)
-_MINIMUM_RMS_RAD_S = 0.15
 
 # samples per second that a stride frequency to a thousandth needs; more only take time
 _ENOUGH_HZ = 100.0
@@ -67,7 +64,7 @@ def stride_frequency_hz(
         return float("nan")
     centred = np.where(there, rate - rate[there].mean(), 0.0)
     power = float(centred @ centred) / int(there.sum())
-    if np.sqrt(power) < _MINIMUM_RMS_RAD_S:
+    if np.sqrt(power) < MINIMUM_RMS_RAD_S:
         return float("nan")
     lags = np.arange(min(len(rate), int(np.ceil(longest)) + 2))
     products = _autocorrelation(centred, len(lags))
@@ -148,7 +145,7 @@ class StrideFrequencyTracker:
 
         def step(sagittal_rate_rad_s: float) -> float:
             nonlocal state
-            state = _track(state, sagittal_rate_rad_s, constants)
+            state = track(state, sagittal_rate_rad_s, constants)
             return 1.0 / state[2]
 
         return step
@@ -169,9 +166,9 @@ class StrideFrequencyTracker:
             Stride frequency in Hz that was known at each sample.
         """
         rate = np.ascontiguousarray(sagittal_rate_rad_s, dtype=float)
-        return _track_all(rate, self._first_state(), self._constants(sampling_rate_hz))
+        return track_all(rate, self._first_state(), self._constants(sampling_rate_hz))
 
-    def _first_state(self) -> "_TrackerState":
+    def _first_state(self) -> TrackerState:
         return 0.0, 0.0, 1.0 / self.start_frequency_hz, np.inf, False, False
 
     def _constants(self, sampling_rate_hz: float) -> tuple[float, ...]:
@@ -184,48 +181,3 @@ class StrideFrequencyTracker:
             1.0 / self.frequency_range_hz[0],
             self.smoothing,
         )
-
-
-# low-passed rate, its mean square, stride time, time since the last crossing, whether the rate
-# has been below zero since, whether there was a stride
-_TrackerState = tuple[float, float, float, float, bool, bool]
-
-
-def _track(
-    state: _TrackerState, sagittal_rate_rad_s: float, constants: tuple[float, ...]
-) -> _TrackerState:
-    """One sample; plain arithmetic, so that it can be compiled and counted."""
-    before, mean_square, stride_s, since_s, armed, seen = state
-    interval_s, low_pass, mean_square_gain, shortest_s, longest_s, smoothing = constants
-    rate = before + low_pass * (sagittal_rate_rad_s - before)
-    mean_square = mean_square + mean_square_gain * (rate * rate - mean_square)
-    since_s = since_s + interval_s
-    if rate < 0.0:
-        return rate, mean_square, stride_s, since_s, True, seen
-    threshold_square = max(0.25 * mean_square, _MINIMUM_RMS_RAD_S * _MINIMUM_RMS_RAD_S)
-    if armed and rate * rate > threshold_square:
-        armed = False
-        # the crossing lies between the two samples
-        past = (rate - threshold_square**0.5) / max(rate - before, 1e-12)
-        past_s = interval_s * min(1.0, past)
-        lasted_s = since_s - past_s
-        since_s = past_s
-        if shortest_s <= lasted_s <= longest_s:
-            weight = smoothing if seen else 1.0
-            seen = True
-            stride_s = stride_s + weight * (lasted_s - stride_s)
-    return rate, mean_square, stride_s, since_s, armed, seen
-
-
-_track_compiled = njit(cache=True)(_track)
-
-
-@njit(cache=True)
-def _track_all(
-    rate: FloatArray, state: _TrackerState, constants: tuple[float, ...]
-) -> FloatArray:  # pragma: no cover
-    out = np.empty(len(rate))
-    for k in range(len(rate)):
-        state = _track_compiled(state, rate[k], constants)
-        out[k] = 1.0 / state[2]
-    return out

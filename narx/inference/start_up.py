@@ -17,13 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from narx.kernels.start_up import run_start_up
+from narx.kernels.start_up import KNOWN, MOVING_S, POSTURE_WEIGHT, STATE_SIZE, run_start_up
 from narx.types import FloatArray
 
 # where in the state lies what
 ANGLES, RATES, POSTURE = slice(0, 3), slice(3, 6), slice(6, 9)
-POSTURE_WEIGHT, TIME_S, MOVING_S, MEAN_SQUARE, KNOWN = 9, 10, 11, 12, 13
-STATE_SIZE = 14
 
 
 @dataclass(frozen=True)

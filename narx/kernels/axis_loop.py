@@ -5,7 +5,9 @@ from typing import Any
 import numpy as np
 
 from narx.kernels.axis_tile import advance, head, linearise, predict, propagate
-from narx.kernels.lanes import JIT, VECTOR, load, njit, splat, store
+from narx.kernels.compiler import JIT, compiled
+from narx.kernels.lanes import load, splat, store
+from narx.kernels.sizes import VECTOR
 from narx.kernels.transfer import (
     TILE_COLUMNS,
     aligned,
@@ -18,7 +20,7 @@ from narx.kernels.transfer import (
 )
 
 
-@njit(**JIT)
+@compiled(**JIT)
 def run(
     weights: Any,
     inputs: Any,
@@ -58,7 +60,7 @@ def run(
             final_state(inputs, outputs, state, q, shape, final[q])
 
 
-@njit(**JIT)
+@compiled(**JIT)
 def adjoint(
     weights: Any,
     inputs: Any,
@@ -157,7 +159,7 @@ def adjoint(
                 d_state[q, n_past + m] = ask_y[m, lane]
 
 
-@njit(**JIT)
+@compiled(**JIT)
 def jacobian(
     weights: Any,
     inputs: Any,

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from narx.kernels.axis_tile import advance, head, linearise, predict, propagate
+from narx.kernels.compiler import INNER, JIT, compiled
 from narx.kernels.gram import add_products
-from narx.kernels.lanes import INNER, JIT, njit
 from narx.kernels.transfer import (
     TILE_COLUMNS,
     aligned,
@@ -16,7 +16,7 @@ from narx.kernels.transfer import (
 )
 
 
-@njit(**JIT)
+@compiled(**JIT)
 def normal_equations(
     weights: Any,
     inputs: Any,
@@ -113,7 +113,7 @@ def normal_equations(
             finish(inputs, state, group, n_samples, y, final, shape)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def weigh(
     targets: Any,
     roots: Any,
@@ -139,7 +139,7 @@ def weigh(
     return whole
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def skip_missing(y: Any, root: Any, n: int, n_out: Any, width: Any) -> bool:
     """Take columns that look back at a missing output out of the count; tell if there is none."""
     whole = True
@@ -154,7 +154,7 @@ def skip_missing(y: Any, root: Any, n: int, n_out: Any, width: Any) -> bool:
     return whole
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def residuals(
     out: Any,
     targets: Any,
@@ -181,7 +181,7 @@ def residuals(
                 error[at] = output[at] - targets[sequence[lane], start + t]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def restart(
     y: Any, begin: int, targets: Any, state: Any, sequence: Any, start: int, since: Any, n_out: Any
 ) -> None:
@@ -201,7 +201,7 @@ def restart(
             since[lane] = 0
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def cut(feedback: Any, begin: int, end: int, since: Any) -> None:
     """Clear what comes through outputs that were measured, not computed."""
     width = len(since)
@@ -212,7 +212,7 @@ def cut(feedback: Any, begin: int, end: int, since: Any) -> None:
             since[lane] += 1
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def finish(inputs: Any, state: Any, group: Any, n: int, y: Any, final: Any, shape: Any) -> None:
     """Collect the state after sample `n` of each sequence of a group."""
     n_inputs, n_in, n_out = len(shape[1]), len(shape[2]), len(shape[3])

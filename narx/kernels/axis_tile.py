@@ -12,17 +12,19 @@ outputs ``y`` (1, columns) with the ``output_lags`` samples before it, and sensi
 
 from typing import Any
 
-from narx.kernels.lanes import INNER, VECTOR, load, njit, splat, spread, store
+from narx.kernels.compiler import INNER, compiled
+from narx.kernels.lanes import load, splat, spread, store
+from narx.kernels.sizes import VECTOR
 from narx.kernels.tanh import activate
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def head(n_out: Any, width: Any) -> Any:
     """Columns of `rows` before the tile: enough for the lags, and whole vectors."""
     return (n_out * width + 7) // 8 * 8
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def advance(
     weights: Any, x: Any, y: Any, h: Any, start: int, stop: int, shape: Any, lanes: Any, exact: Any
 ) -> None:
@@ -51,7 +53,7 @@ def advance(
         newest = out
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def predict(
     weights: Any, x: Any, y: Any, out: Any, h: Any, n: int, shape: Any, lanes: Any, exact: Any
 ) -> None:
@@ -77,7 +79,7 @@ def predict(
         store(v, out, (0, at + n_out * width), p)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def linearise(
     weights: Any,
     x: Any,
@@ -128,7 +130,7 @@ def linearise(
                 store(v, feedback, (m, at), a)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def propagate(rows: Any, feedback: Any, start: int, stop: int, shape: Any, lanes: Any) -> None:
     """Turn direct derivatives into total ones: add what comes through earlier outputs."""
     n_out, width = len(shape[3]), len(lanes)

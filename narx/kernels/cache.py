@@ -1,20 +1,26 @@
-"""Keep numba's cache true: any change of any kernel recompiles them all.
+"""Machine code on disk: never stale, never a reason to fail.
 
 Numba looks at the file of the function it loads, not at the files of what that function calls,
-so a changed helper would leave stale machine code behind. Here the stamp of each cached kernel
-is a digest of this whole folder.
+so a changed helper would leave stale machine code behind. Here the stamp of every kernel is a
+digest of this whole folder, which takes nothing from the rest of the package. A cache that cannot
+be read is compiled anew; where none can be written, kernels are compiled in memory.
 """
 
 import functools
 import hashlib
+import pickle
+import warnings
 from pathlib import Path
 from typing import Any
 
-from numba.core import caching
+from narx.kernels.numba_internals import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    dumps,
+    set_cache,
+)
 
 _FOLDER = Path(__file__).resolve().parent
-# its name has lost its underscore
-_LOCATORS: Any = getattr(caching, "CacheImpl", None) or getattr(caching, "_CacheImpl")  # noqa: B009
 
 
 @functools.cache
@@ -32,32 +38,77 @@ def sources_digest() -> str:
     return digest.hexdigest()
 
 
-class _KernelLocator:
-    """Where numba would put the cache of a kernel, but stamped by the whole folder."""
+@functools.cache
+def _warn_of_no_cache() -> None:
+    warnings.warn(
+        "narx: no folder for compiled code can be written, so that it is compiled in memory, in "
+        "every process again (up to a minute); set the environment variable NUMBA_CACHE_DIR to a "
+        "folder that can be written",
+        RuntimeWarning,
+        stacklevel=2,
+    )
 
-    def __init__(self, usual: Any) -> None:
-        self._usual = usual
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._usual, name)
+class _StampedAndSealed(CompileResultCacheImpl):
+    """Numba's cache of one function, with our stamp and a checksum of the machine code."""
 
-    def get_source_stamp(self) -> str:
-        return sources_digest()
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self.locator.get_source_stamp = sources_digest
 
-    @classmethod
-    def from_function(cls, function: Any, file: str) -> Any:
-        if Path(file).resolve().parent != _FOLDER:
+    def reduce(self, data: Any) -> Any:
+        payload = dumps(super().reduce(data))
+        return hashlib.sha256(payload).digest(), payload
+
+    def rebuild(self, target_context: Any, reduced_data: Any) -> Any:
+        checksum, payload = reduced_data
+        if hashlib.sha256(payload).digest() != checksum:
+            raise pickle.UnpicklingError("the checksum does not match")
+        return super().rebuild(target_context, pickle.loads(payload))
+
+
+class _KernelCache(FunctionCache):
+    """A cache whose faults cost time, not results."""
+
+    _impl_class = _StampedAndSealed
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # a damaged pickle may raise anything
+            try:
+                self.flush()
+            except OSError:
+                self.disable()
             return None
-        for locator in _LOCATORS._locator_classes:
-            if locator is not cls:
-                usual = locator.from_function(function, file)
-                if usual is not None:
-                    return cls(usual)
-        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            super().save_overload(sig, data)
+        except OSError:  # the disk is full, or the folder has lost its permissions
+            self.disable()
+            _warn_of_no_cache()
 
 
-def stamp_by_folder() -> None:
-    """Let numba ask `_KernelLocator` first; other packages' functions are left alone."""
-    locators = _LOCATORS._locator_classes
-    if _KernelLocator not in locators:
-        locators.insert(0, _KernelLocator)
+def keep_on_disk(dispatcher: Any) -> None:
+    """Give a compiled function a cache, if there is a folder for it.
+
+    Parameters
+    ----------
+    dispatcher : numba dispatcher
+        What ``numba.njit`` made of a function of this folder.
+
+    Raises
+    ------
+    ValueError
+        If the function is defined elsewhere, where `sources_digest` would miss a change.
+    """
+    function = dispatcher.py_func
+    if Path(function.__code__.co_filename).resolve().parent != _FOLDER:
+        raise ValueError(f"{function.__qualname__}: compiled functions belong into {_FOLDER}")
+    try:
+        cache = _KernelCache(function)
+    except RuntimeError:  # numba has found no folder
+        _warn_of_no_cache()
+    else:
+        set_cache(dispatcher, cache)

@@ -4,18 +4,18 @@ from typing import Any
 
 import numpy as np
 
+from narx.kernels.compiler import INNER, JIT, compiled
 from narx.kernels.coupled_tile import coupled_advance
-from narx.kernels.lanes import INNER, JIT, njit
 from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for, lanes_from
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def stacked(n: int, n_rows: int, n_columns: int) -> Any:
     """Zeros (n, n_rows, n_columns), rows on cache lines; `n_columns` a multiple of eight."""
     return aligned(n * n_rows, n_columns).reshape(n, n_rows, n_columns)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def fetch_lanes(
     weights: Any,
     scales: Any,
@@ -39,7 +39,7 @@ def fetch_lanes(
         scale[:, lane] = scales
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def fetch_axes(values: Any, sequence: Any, start: int, n: int, head: int, out: Any) -> None:
     """Fill out (3, columns), after `head` samples, with `n` samples of values (B, N, 3)."""
     width = len(sequence)
@@ -50,7 +50,7 @@ def fetch_axes(values: Any, sequence: Any, start: int, n: int, head: int, out: A
                 out[axis, (head + t) * width + lane] = row[axis]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def fetch_past(state: Any, sequence: Any, n_in: int, n_out: int, v: Any, y: Any) -> None:
     """Fill the heads of v and y (3, 1, columns) from state (B, 3, S)."""
     width = len(sequence)
@@ -63,7 +63,7 @@ def fetch_past(state: Any, sequence: Any, n_in: int, n_out: int, v: Any, y: Any)
                 y[axis, 0, (n_out - 1 - m) * width + lane] = past[n_in - 1 + m]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def shift(values: Any, n: int, head: int) -> None:
     """Move the last `head` of `head` + `n` columns to the front."""
     for axis in range(values.shape[0]):
@@ -72,7 +72,7 @@ def shift(values: Any, n: int, head: int) -> None:
                 values[axis, row, at] = values[axis, row, at + n]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def keep_past(v: Any, y: Any, n_in: int, n_out: int, lane: int, width: int, state: Any) -> None:
     """Read a lane's state (3, S) from the heads of v and y."""
     for axis in range(3):
@@ -82,7 +82,7 @@ def keep_past(v: Any, y: Any, n_in: int, n_out: int, lane: int, width: int, stat
             state[axis, n_in - 1 + m] = y[axis, 0, (n_out - 1 - m) * width + lane]
 
 
-@njit(**JIT)
+@compiled(**JIT)
 def run(
     weights: Any,
     rates: Any,

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from narx.kernels.axis_tile import linearise
+from narx.kernels.compiler import INNER, JIT, compiled
 from narx.kernels.coupled_loop import fetch_axes, fetch_lanes, fetch_past, keep_past, shift, stacked
 from narx.kernels.coupled_tile import (
     answer_to_tilt,
@@ -15,11 +16,12 @@ from narx.kernels.coupled_tile import (
     memory,
 )
 from narx.kernels.gram import add_products
-from narx.kernels.lanes import INNER, JIT, VECTOR, load, njit, store
+from narx.kernels.lanes import load, store
+from narx.kernels.sizes import VECTOR
 from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for
 
 
-@njit(**JIT)
+@compiled(**JIT)
 def coupled_sensitivities(
     weights: Any,
     rates: Any,
@@ -165,7 +167,7 @@ def coupled_sensitivities(
                 counts[group[lane, 0]] = counted[:, lane]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def count(
     y: Any,
     targets: Any,
@@ -203,7 +205,7 @@ def count(
                 root[axis, at] = weight
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def weigh_rows(rows: Any, root: Any, n_rows: int, lead: int, n: int) -> None:
     """Multiply columns by the roots of their weights, unless all are one."""
     whole = True
@@ -215,7 +217,7 @@ def weigh_rows(rows: Any, root: Any, n_rows: int, lead: int, n: int) -> None:
                 rows[i, lead + at] = rows[i, lead + at] * root[at] if root[at] > 0 else 0.0
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def add_columns(rows: Any, start: int, stop: int, totals: Any) -> None:
     """Add the columns of each row, eight in turn, to totals (K, 8)."""
     for i in range(len(rows)):
@@ -225,7 +227,7 @@ def add_columns(rows: Any, start: int, stop: int, totals: Any) -> None:
         store(VECTOR, totals, (i, 0), s)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def take_means_off(
     totals: Any, group: Any, counted: Any, sums: Any, n_axes: int, width: int
 ) -> None:
@@ -243,7 +245,7 @@ def take_means_off(
                     sums[axis, i, j, lane] -= mean * totals[axis, j, lane]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def store_jacobian(
     rows: Any, sequence: Any, start: int, n: int, n_axes: int, lead: int, jac: Any
 ) -> None:

@@ -12,18 +12,20 @@ a head of `coupled_head` columns. Per lane: ``scales`` (6, W): rates, then angle
 
 from typing import Any
 
+from narx.kernels.compiler import INNER, compiled
 from narx.kernels.euler import angle_rates
-from narx.kernels.lanes import INNER, VECTOR, load, njit, splat, spread, store
+from narx.kernels.lanes import load, splat, spread, store
+from narx.kernels.sizes import VECTOR
 from narx.kernels.tanh import activate
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def memory(shape: Any) -> Any:
     """Samples that the sensitivities look back: through outputs, and through inputs to tilt."""
     return max(len(shape[3]), len(shape[2]) + (1 if len(shape[3]) > 1 else 0))
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def ahead(y: Any, axis: int, at: int, width: Any, shape: Any, lanes: Any) -> Any:
     """Output that comes next if it goes on as from the one before `at` to the one there."""
     newest = load(lanes, y, (axis, 0, at))
@@ -32,13 +34,13 @@ def ahead(y: Any, axis: int, at: int, width: Any, shape: Any, lanes: Any) -> Any
     return newest
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def coupled_head(shape: Any, width: Any) -> Any:
     """Columns of the sensitivities before the tile: enough for the lags, and whole vectors."""
     return (memory(shape) * width + 7) // 8 * 8
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def coupled_advance(
     weights: Any,
     u: Any,
@@ -88,7 +90,7 @@ def coupled_advance(
             store(lanes, y, (axis, 0, (t + n_out) * width), out)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def answer_to_tilt(
     u: Any,
     y: Any,
@@ -120,7 +122,7 @@ def answer_to_tilt(
             store(v, tilting, (axis, 1, to), scale * scale_f * by_f[axis])
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def couple(
     weights: Any,
     slopes: Any,
@@ -171,7 +173,7 @@ def couple(
             store(v, coefficients, (axis, 1, m, at), through_f)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def coupled_propagate(
     rows: Any, coefficients: Any, n_weights: int, n: int, n_axes: int, shape: Any, lanes: Any
 ) -> None:

@@ -2,18 +2,9 @@
 
 from typing import Any
 
-from narx.kernels.lanes import (
-    INNER,
-    exact_cos,
-    exact_sin,
-    magnitude,
-    nearest,
-    njit,
-    where_less,
-)
-
-# below this the kinematics is held back: a segment lying sideways has no flexion axis
-COS_FRONTAL_MIN = 0.1
+from narx.kernels.compiler import INNER, compiled
+from narx.kernels.lanes import exact_cos, exact_sin, magnitude, nearest, where_less
+from narx.kernels.limits import COS_FRONTAL_MIN
 
 PI_HIGH, PI_LOW = 3.141592651605606, 1.984187159361081e-09  # few enough bits: k PI_HIGH is exact
 
@@ -41,7 +32,7 @@ C0, C1, C2, C3, C4, C5, C6, C7, C8 = (
 )
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def sine_cosine(x: Any, exact: Any) -> Any:
     """Sine and cosine: the C library's if `exact` is given, else polynomials (error 3e-16).
 
@@ -62,7 +53,7 @@ def sine_cosine(x: Any, exact: Any) -> Any:
     return (sign * r) * s, sign * c
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def angle_rates(
     u_sagittal: Any, u_frontal: Any, u_transverse: Any, sagittal: Any, frontal: Any, exact: Any
 ) -> Any:

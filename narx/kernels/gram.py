@@ -6,12 +6,14 @@ product. Sixteen sums are held in registers at a time.
 
 from typing import Any
 
-from narx.kernels.lanes import INNER, JIT, VECTOR, load, njit, store
+from narx.kernels.compiler import INNER, JIT, compiled
+from narx.kernels.lanes import load, store
+from narx.kernels.sizes import VECTOR
 
 BLOCK = 4
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def add_products(rows: Any, start: int, stop: int, sums: Any) -> None:
     """Add rows[i] * rows[j] to sums[i, j], lower triangle of blocks.
 
@@ -80,7 +82,7 @@ def add_products(rows: Any, start: int, stop: int, sums: Any) -> None:
             store(v, sums, (i + 3, j + 3, 0), s33)
 
 
-@njit(**JIT)
+@compiled(**JIT)
 def fold(sums: Any, products: Any) -> None:
     """Turn sums (G, K, K, 8) of groups into products (R, S, S), lower triangles.
 

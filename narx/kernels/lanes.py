@@ -14,56 +14,23 @@ import math
 import operator
 from typing import Any
 
-import numba
-from llvmlite import ir  # type: ignore[import-untyped]
-from numba import types
-from numba.core import cgutils
-from numba.core.imputils import lower_builtin
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import models, register_model
-
-from narx.kernels.cache import stamp_by_folder
-
-stamp_by_folder()
+from narx.kernels.numba_internals import (
+    AbstractTemplate,
+    cgutils,
+    infer_global,
+    ir,
+    lower_builtin,
+    models,
+    register_model,
+    signature,
+    types,
+)
+from narx.kernels.numba_internals import intrinsic as _intrinsic
+from narx.kernels.numba_internals import overload as _overload
 
 # what these make of a function has another signature than the function: no matter for mypy
-njit: Any = numba.njit
-intrinsic: Any = numba.extending.intrinsic
-overload: Any = numba.extending.overload
-
-JIT: dict[str, Any] = {
-    "cache": True,
-    "nogil": True,
-    "error_model": "numpy",  # the check for division by zero would block vectorisation
-    "fastmath": {"contract"},  # fused multiply-add, but NaN stays NaN and order stays order
-}
-
-# of what only kernels call: without an entry from Python, and kept in the cache of its callers
-INNER: dict[str, Any] = {
-    **JIT,
-    "cache": False,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
-
-
-def length(n: int) -> tuple[int, ...]:
-    """Return a tuple whose length tells a kernel a size at compile time.
-
-    Parameters
-    ----------
-    n : int
-        The size.
-
-    Returns
-    -------
-    tuple of int
-        `n` zeros.
-    """
-    return (0,) * n
-
-
-SCALAR, VECTOR = length(1), length(8)
+intrinsic: Any = _intrinsic
+overload: Any = _overload
 
 
 class Vector(types.Type):
@@ -287,19 +254,13 @@ exact_cos = _by_lane(math.cos)
 
 
 __all__ = [
-    "INNER",
-    "JIT",
-    "SCALAR",
-    "VECTOR",
     "clamp",
     "exact_cos",
     "exact_sin",
     "exact_tanh",
-    "length",
     "load",
     "magnitude",
     "nearest",
-    "njit",
     "splat",
     "spread",
     "store",

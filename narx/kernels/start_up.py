@@ -1,9 +1,18 @@
-"""The start-up's recursion, sample by sample (`narx.inference.start_up` explains it)."""
+"""The first seconds, before the network takes over: integrate, and average the posture.
 
-import numba
+What it does and why stands in `narx.inference.start_up`.
+"""
+
+from typing import Any
+
 import numpy as np
 
-from narx.kernels.euler import COS_FRONTAL_MIN
+from narx.kernels.compiler import EXACT, compiled
+from narx.kernels.limits import COS_FRONTAL_MIN
+
+# where in the state lies what, after angles, rates and weighted sum of angles (three each)
+POSTURE_WEIGHT, TIME_S, MOVING_S, MEAN_SQUARE, KNOWN = 9, 10, 11, 12, 13
+STATE_SIZE = 14
 
 # time constant and threshold of what counts as movement: root mean square of the rates over
 # about a second, which sway in standing stays far below
@@ -11,25 +20,28 @@ MOVEMENT_TIME_CONSTANT_S = 1.0
 MOVEMENT_RAD_S = 0.35
 
 
-@numba.njit(cache=True, nogil=True)
-def run_start_up(  # type: ignore[no-untyped-def]
-    rates,
-    interval,
-    duration,
-    averaged_from,
-    averaging,
-    leak,
-    gain,
-    settling,
-    coupled,
-    state,
-    angles,
-):
-    """Advance the state and fill the angles; returns how many samples the start-up took."""
-    known = state[13] > 0.0
+@compiled(**EXACT)
+def run_start_up(
+    rates: Any,
+    interval: float,
+    duration: float,
+    averaged_from: float,
+    averaging: float,
+    leak: float,
+    gain: float,
+    settling: float,
+    coupled: bool,
+    state: Any,
+    angles: Any,
+) -> int:
+    """Fill angles (N, 3) from rates (N, 3) until there was enough movement; return how many.
+
+    state (14,) as `narx.inference.start_up.StartUp.begin` makes it is changed in place.
+    """
+    known = state[KNOWN] > 0.0
     rate, tilt = np.empty(3), np.empty(3)
     for k in range(len(rates)):
-        if state[11] >= duration:
+        if state[MOVING_S] >= duration:
             return k
         if coupled:
             # extrapolated to the time of the sample: with the tilt of the sample before, the
@@ -45,16 +57,17 @@ def run_start_up(  # type: ignore[no-untyped-def]
             rate[0] = rates[k, 0] - sin_f * rate[2]
         else:
             rate[:] = rates[k]
-        state[10] += interval
+        state[TIME_S] += interval
         square = rates[k, 0] ** 2 + rates[k, 1] ** 2 + rates[k, 2] ** 2
-        state[12] += (square - state[12]) * interval / (MOVEMENT_TIME_CONSTANT_S + interval)
-        if state[12] > MOVEMENT_RAD_S**2:
-            state[11] += interval
+        change = (square - state[MEAN_SQUARE]) * interval / (MOVEMENT_TIME_CONSTANT_S + interval)
+        state[MEAN_SQUARE] += change
+        if state[MEAN_SQUARE] > MOVEMENT_RAD_S**2:
+            state[MOVING_S] += interval
         damping = 1.0
         if not known:
-            damping += interval * (leak + gain / (state[10] + settling))
+            damping += interval * (leak + gain / (state[TIME_S] + settling))
         weight = 0.0
-        into = state[11] - averaged_from
+        into = state[MOVING_S] - averaged_from
         if 0.0 < into < averaging:
             weight = np.sin(np.pi * into / averaging) ** 2
         for axis in range(3):
@@ -63,5 +76,5 @@ def run_start_up(  # type: ignore[no-untyped-def]
             state[3 + axis] = rate[axis]
             state[6 + axis] += weight * state[axis]
             angles[k, axis] = state[axis]
-        state[9] += weight
+        state[POSTURE_WEIGHT] += weight
     return len(rates)

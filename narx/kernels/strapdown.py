@@ -1,13 +1,14 @@
-"""Orientation from body-fixed turns, one after another."""
+"""Orientation from rotation vectors, one after another."""
+
+from typing import Any
 
 import numpy as np
-from numba import njit
 
-from narx.types import FloatArray
+from narx.kernels.compiler import EXACT, compiled
 
 
-@njit(cache=True)
-def compose_turns(start: FloatArray, turns: FloatArray) -> FloatArray:  # pragma: no cover
+@compiled(**EXACT)
+def compose_turns(start: Any, turns: Any) -> Any:
     """Orientations w, x, y, z, shape (N + 1, 4), after each of N body-fixed rotation vectors."""
     out = np.empty((len(turns) + 1, 4))
     out[0] = start

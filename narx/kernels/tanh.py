@@ -8,7 +8,8 @@ its activation about 1e5 times, so a cheaper fit would show in the angle.
 
 from typing import Any
 
-from narx.kernels.lanes import INNER, clamp, exact_tanh, njit
+from narx.kernels.compiler import INNER, compiled
+from narx.kernels.lanes import clamp, exact_tanh
 
 LIMIT = 18.0
 
@@ -37,7 +38,7 @@ Q0, Q1, Q2, Q3, Q4, Q5, Q6, Q7, Q8, Q9 = (
 )
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def rational_tanh(x: Any) -> Any:
     """Approximate tanh; NaN stays NaN."""
     x = clamp(x, LIMIT)
@@ -52,7 +53,7 @@ def rational_tanh(x: Any) -> Any:
     return (x * p) / q
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def activate(x: Any, exact: Any) -> Any:
     """Apply tanh: the C library's if `exact` is given, else the rational one."""
     if exact is None:

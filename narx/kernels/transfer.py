@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from narx.kernels.lanes import INNER, njit
+from narx.kernels.compiler import INNER, compiled
 
 TILE_COLUMNS = 128  # with twenty rows of float64 a tile stays in the first-level cache
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def aligned(n_rows: int, n_columns: int) -> Any:
     """Zeros (n_rows, n_columns), each row on a cache line; `n_columns` a multiple of eight."""
     flat = np.zeros(n_rows * n_columns + 8)
@@ -17,13 +17,13 @@ def aligned(n_rows: int, n_columns: int) -> Any:
     return flat[skip : skip + n_rows * n_columns].reshape(n_rows, n_columns)
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def columns_for(n: int) -> int:
     """Room for `n` columns and one vector more, in whole vectors."""
     return (n + 7) // 8 * 8 + 8
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def fetch_inputs(
     inputs: Any, state: Any, sequence: Any, start: int, n: int, x: Any, shape: Any, lanes: Any
 ) -> None:
@@ -40,7 +40,7 @@ def fetch_inputs(
                     x[c, at] = state[q, (-start - t - 1) * n_inputs + c]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def fetch_outputs(
     outputs: Any, state: Any, sequence: Any, start: int, n: int, y: Any, shape: Any, lanes: Any
 ) -> None:
@@ -57,7 +57,7 @@ def fetch_outputs(
                 y[0, at] = state[q, n_past - start - t - 1]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def fetch_weights(weights: Any, sequence: Any, packed: Any) -> None:
     """Fill packed (P, W) from weights (B, P), or from the one row that there is."""
     for lane in range(len(sequence)):
@@ -66,7 +66,7 @@ def fetch_weights(weights: Any, sequence: Any, packed: Any) -> None:
             packed[i, lane] = weights[q, i]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def final_state(inputs: Any, outputs: Any, state: Any, q: int, shape: Any, final: Any) -> None:
     """Collect the state after the last sample from a recording and its state before."""
     n_inputs, n_in, n_out = len(shape[1]), len(shape[2]), len(shape[3])
@@ -82,7 +82,7 @@ def final_state(inputs: Any, outputs: Any, state: Any, q: int, shape: Any, final
         final[n_past + m] = outputs[q, k] if k >= 0 else state[q, n_past - k - 1]
 
 
-@njit(**INNER)
+@compiled(**INNER)
 def lanes_from(first: int, last: int, sequence: Any) -> int:
     """Put sequences from `first` on into lanes; return how many. Spare lanes repeat the last."""
     for lane in range(len(sequence)):

@@ -9,7 +9,7 @@ from typing import Final
 import torch
 from torch import Tensor, nn
 
-from narx.kernels.euler import COS_FRONTAL_MIN
+from narx.kernels.limits import COS_FRONTAL_MIN
 
 
 def coupled_rates(

@@ -12,8 +12,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from narx.kernels import axis_loop as loop
-from narx.kernels.lanes import SCALAR
+from narx.kernels import loops
+from narx.kernels.sizes import SCALAR
 from narx.kernels.threads import in_threads
 from narx.network.kernel_arrays import (
     EXACT,
@@ -58,7 +58,7 @@ def closed_loop(
         State after the last sample: a long recording run in pieces gives the same outputs.
     """
     weights, inputs, state = broadcast(weights, inputs, state, structure)
-    if inputs.device.type == "cpu":
+    if loops.AVAILABLE and inputs.device.type == "cpu":
         outputs, final = _ClosedLoop.apply(weights, inputs, state, structure, tanh)
         return outputs, final
     return closed_loop_by_torch(weights, inputs, state, structure=structure)
@@ -139,7 +139,7 @@ def closed_loop_jacobian(
 
     def part(first: int, last: int) -> None:
         args = (w, x, s, x[..., 0], first, last, outputs, jac, shape, SCALAR, exact, True)
-        loop.jacobian(*args)
+        loops.axis_loop.jacobian(*args)
 
     in_threads(part, len(x), 1)
     return (
@@ -165,7 +165,7 @@ class _ClosedLoop(torch.autograd.Function):
         shape, lanes, exact = kernel_shape(structure), lanes_for(len(x)), EXACT[tanh]
 
         def part(first: int, last: int) -> None:
-            loop.run(w, x, s, first, last, outputs, final, shape, lanes, exact)
+            loops.axis_loop.run(w, x, s, first, last, outputs, final, shape, lanes, exact)
 
         in_threads(part, len(x), len(lanes))
         ctx.save_for_backward(weights, inputs, state)
@@ -181,7 +181,7 @@ class _ClosedLoop(torch.autograd.Function):
         dw, dx, ds = np.empty((len(x), w.shape[1])), np.empty_like(x), np.empty_like(s)
 
         def part(first: int, last: int) -> None:
-            loop.adjoint(w, x, s, outputs, dy, df, first, last, dw, dx, ds, *sizes)
+            loops.axis_loop.adjoint(w, x, s, outputs, dy, df, first, last, dw, dx, ds, *sizes)
 
         in_threads(part, len(x), len(sizes[1]))
         return (

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
-from narx.kernels.coupled_loop import run
-from narx.kernels.coupled_normal import coupled_sensitivities
-from narx.kernels.lanes import SCALAR, VECTOR
+from narx.kernels import loops
+from narx.kernels.sizes import SCALAR, VECTOR
 from narx.kernels.threads import in_threads
 from narx.network.kernel_arrays import EXACT, flat, in_lanes, kernel_shape, lanes_for
 from narx.network.structure import NarxStructure, Tanh
@@ -100,6 +99,7 @@ class CoupledBatch:
         self.angle_scale = flat(angle_scale.expand(3), 1).reshape(3)
         rate_factor = 1.0 / flat(rate_scale.expand(3), 1).reshape(3)
         self.scales = np.concatenate([rate_factor, self.angle_scale])
+        self.structure = structure
         self.shape, self.exact = kernel_shape(structure), EXACT[tanh]
 
     def run(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -121,7 +121,7 @@ class CoupledBatch:
         lanes = lanes_for(len(angles))
 
         def part(first: int, last: int) -> None:
-            run(
+            loops.coupled_loop.run(
                 weights, self.rates, self.state, self.posture, self.scales, first, last,
                 angles, final, self.shape, lanes, self.exact,
             )  # fmt: skip
@@ -223,7 +223,7 @@ class CoupledBatch:
         roots, lengths = wanted.roots, wanted.lengths
         roots = np.ones(n_sequences) if roots is None else roots
         lengths = np.full(n_sequences, n_samples) if lengths is None else lengths
-        coupled_sensitivities(
+        loops.coupled_normal.coupled_sensitivities(
             weights, self.rates, wanted.targets, self.state, self.posture, self.scales, roots,
             lengths, groups, wanted.washout, wanted.n_axes, wanted.offset_free, wanted.given,
             final, counts, sums, jac, self.shape, lanes, self.exact,

@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from narx.kernels import loops
 from narx.network.cell import coupled_rates
 from narx.network.coupled_batch import CoupledBatch, Wanted, flat_sets
 from narx.network.kernel_arrays import back, flat
@@ -72,7 +73,7 @@ def coupled_closed_loop(
     rates, state, posture = broadcast_axes(rates, state, posture, structure)
     others = (rates, state, posture, rate_scale, angle_scale)
     differentiated = torch.is_grad_enabled() and any(t.requires_grad for t in others)
-    if rates.device.type != "cpu" or differentiated:
+    if not loops.AVAILABLE or rates.device.type != "cpu" or differentiated:
         return coupled_closed_loop_by_torch(
             weights,
             rates,

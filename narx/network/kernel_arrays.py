@@ -7,7 +7,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from narx.kernels.lanes import SCALAR, VECTOR, length
+from narx.kernels.sizes import SCALAR, VECTOR, length
 from narx.network.structure import NarxStructure
 from narx.types import FloatArray
 

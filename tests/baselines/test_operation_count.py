@@ -11,9 +11,9 @@ from narx.baselines.operation_count import (
     count_two_point,
     operation_table,
 )
-from narx.baselines.tilt import tilt
 from narx.errors import MethodNotApplicableError
-from narx.kinematics.segment_angles import tilt_from_specific_force
+from narx.kernels.gravity import tilt
+from narx.kinematics.segment_angles import FRONTAL, tilt_from_specific_force
 
 METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
 
@@ -99,4 +99,6 @@ def test_tilt_of_one_sample_is_the_packages_tilt():
     force = np.random.default_rng(5).normal(size=(50, 3))
     expected = tilt_from_specific_force(force)
     for axis in (0, 1):
-        np.testing.assert_allclose([tilt(axis, *f) for f in force], expected[:, axis], atol=1e-15)
+        np.testing.assert_allclose(
+            [tilt(axis == FRONTAL, *f) for f in force], expected[:, axis], atol=1e-15
+        )

@@ -4,14 +4,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from narx.kernels.axis_normal import normal_equations
-from narx.kernels.gram import fold
-from narx.kernels.lanes import VECTOR
+from narx.kernels import loops
+from narx.kernels.sizes import VECTOR
 from narx.kernels.threads import in_threads
-from narx.network.closed_loop import closed_loop_jacobian
+from narx.network.closed_loop import closed_loop_by_torch, closed_loop_jacobian
 from narx.network.kernel_arrays import EXACT, broadcast, flat, in_lanes, kernel_shape, lanes_for
 from narx.network.open_loop import open_loop_jacobian
 from narx.network.structure import NarxStructure, Tanh
+from narx.training.least_squares.by_torch import products_by_torch
 from narx.training.least_squares.problem import NormalEquations, as_normal_equations
 from narx.types import FloatArray
 
@@ -101,6 +101,8 @@ class NetworkFit:
         ndarray, shape (R, P + 1, P + 1)
             Lower triangle of ``[J r].T @ [J r]`` of each start.
         """
+        if not loops.AVAILABLE:
+            return products_by_torch(self._residuals, weights)
         return self._products(weights, self._lengths)[0]
 
     def normal_equations(self, weights: Tensor) -> NormalEquations:
@@ -152,6 +154,31 @@ class NetworkFit:
         errors = (outputs.numpy() - self._targets)[self._counted]
         return roots * errors, roots[:, None] * jac.numpy()[self._counted]
 
+    def _residuals(self, weights: Tensor) -> Tensor:
+        """Weighted residuals (B, N), zero where they do not count, by torch operations."""
+        inputs, state, targets, roots = (
+            torch.from_numpy(a) for a in (self._inputs, self._state, self._targets, self._roots)
+        )
+        n_out, n_samples = self.structure.output_lags, targets.shape[1]
+        past = state[:, self.structure.n_input_state :].flip(-1)
+        measured = torch.cat([past, targets], dim=1)  # the last n_out before sample k from k on
+        horizon = self.horizon or max(n_samples, 1)
+        outputs = []
+        for start in range(0, n_samples, horizon):
+            if start:
+                lags = measured[:, start : start + n_out].flip(-1)
+                known = ~lags.isnan().any(dim=1, keepdim=True)
+                fed_back = torch.where(known, lags, state[:, self.structure.n_input_state :])
+                state = torch.cat([state[:, : self.structure.n_input_state], fed_back], dim=1)
+            part = inputs[:, start : start + horizon]
+            output, state = closed_loop_by_torch(weights, part, state, structure=self.structure)
+            outputs.append(output)
+        if not outputs:
+            return targets
+        counted = torch.from_numpy(self._counted)
+        errors = roots[:, None] * (torch.cat(outputs, dim=1) - targets)
+        return torch.where(counted, errors, 0.0)
+
     def _products(self, weights: FloatArray, lengths: np.ndarray) -> tuple[FloatArray, FloatArray]:
         n_sequences, n_starts = len(self._inputs), len(weights)
         n_rows = self.n_weights // 4 * 4 + 4
@@ -171,7 +198,7 @@ class NetworkFit:
 
         def part(first: int, last: int) -> None:
             for i in range(first, last):
-                normal_equations(
+                loops.axis_normal.normal_equations(
                     packed[i], self._inputs, self._targets, self._state, self._roots, lengths,
                     groups[i], self.washout, self.horizon or 0, final, sums[i],
                     shape, lanes, exact, recurrent,
@@ -179,5 +206,5 @@ class NetworkFit:
 
         in_threads(part, len(groups), 1)
         products = np.zeros((n_starts, self.n_weights + 1, self.n_weights + 1))
-        fold(sums, products)
+        loops.gram.fold(sums, products)
         return products, final

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
+import torch
 from torch import Tensor
 
+from narx.kernels import loops
 from narx.network.coupled_batch import CoupledBatch, Wanted
-from narx.network.coupled_loop import broadcast_axes
+from narx.network.coupled_loop import broadcast_axes, coupled_closed_loop_by_torch
 from narx.network.kernel_arrays import flat
 from narx.network.structure import NarxStructure, Tanh
+from narx.training.least_squares.by_torch import products_by_torch
 from narx.training.least_squares.problem import NormalEquations, as_normal_equations
 from narx.types import BoolArray, FloatArray
 
@@ -101,6 +104,8 @@ class CoupledFit:
         ndarray, shape (R, P + 1, P + 1)
             Lower triangle of ``[J r].T @ [J r]`` of each start, rad^2.
         """
+        if not loops.AVAILABLE:
+            return products_by_torch(self._residuals, weights)
         return self._products(weights, self._wanted)[0]
 
     def normal_equations(self, weights: Tensor) -> NormalEquations:
@@ -149,6 +154,27 @@ class CoupledFit:
             both = both * wanted.roots[:, None, None, None]
         both = both[there]
         return both[:, -1], both[:, :-1]
+
+    def _residuals(self, weights: Tensor) -> Tensor:
+        """Weighted residuals (B, N, 3), rad, zero where they do not count, by torch operations."""
+        batch, wanted = self._batch, self._wanted
+        angles, _ = coupled_closed_loop_by_torch(
+            weights,
+            *(torch.from_numpy(a) for a in (batch.rates, batch.state, batch.posture)),
+            rate_scale=1.0 / torch.from_numpy(batch.scales[:3]),
+            angle_scale=torch.from_numpy(batch.angle_scale),
+            structure=batch.structure,
+        )
+        targets = wanted.targets * batch.angle_scale + batch.posture[:, None]
+        there = torch.from_numpy(self._there)
+        errors = torch.where(there, angles - torch.from_numpy(targets), 0.0)
+        if wanted.offset_free:
+            mean = errors.sum(dim=1, keepdim=True) / there.sum(dim=1, keepdim=True).clamp(min=1)
+            errors = torch.where(there, errors - mean, 0.0)
+        errors = errors * torch.from_numpy(np.sqrt(self._axis_factors) / batch.angle_scale)
+        if wanted.roots is not None:
+            errors = errors * torch.from_numpy(wanted.roots)[:, None, None]
+        return errors
 
     def _products(self, weights: FloatArray, wanted: Wanted) -> tuple[FloatArray, FloatArray]:
         sets = weights.reshape(len(weights), self.n_sets, -1)

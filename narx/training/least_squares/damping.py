@@ -1,12 +1,11 @@
 """How far a Levenberg-Marquardt step may go, and how it is computed."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from narx.kernels.lanes import INNER, JIT, njit
 from narx.types import FloatArray
 
 
@@ -55,92 +54,6 @@ class Damping:
         diagonal = np.diagonal(products[:, :-1, :-1], axis1=1, axis2=2)
         largest = diagonal.max(axis=1)
         return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
-
-
-@njit(**INNER)
-def adapt(
-    mu: float, growth: float, kept: bool, gain: float, gain_ratio: bool, factors: Any
-) -> tuple[float, float]:
-    """Change mu after a step; returns mu and the factor of the next increase.
-
-    `gain` is the actual over the predicted decrease; factors: increase, decrease, smallest mu.
-    """
-    increase, decrease, smallest = factors
-    if not gain_ratio:
-        return max(mu * (decrease if kept else increase), smallest), growth
-    if not kept:
-        return max(mu * growth, smallest), 2.0 * growth
-    bend = 2.0 * gain - 1.0
-    return max(mu * max(1.0 / 3.0, 1.0 - bend * bend * bend), smallest), 2.0
-
-
-@njit(**JIT)
-def damped_steps(
-    active: Any,
-    products: Any,
-    weights: Any,
-    free: Any,
-    mu: Any,
-    decay: Any,
-    diagonal: bool,
-    trial: Any,
-    predicted: Any,
-    gradient: Any,
-    condition: Any,
-) -> None:
-    """Solve (JTJ + decay I + damping) step = -gradient by Cholesky, start by start.
-
-    active (A,) of the R starts; products (R, P + 1, P + 1), weights (R, P), free (F,) indices
-    that may move, mu and decay (R,). trial (A, P) weights after the step, NaN where the matrix
-    is not positive; predicted (A,) decrease of the quadratic model, gradient (R,) its largest
-    entry, condition (A,) of the matrix as the factor's diagonal shows it.
-    """
-    n, n_weights = len(free), weights.shape[1]
-    factor = np.empty((n, n))
-    g = np.empty(n)
-    s = np.empty(n)
-    for at in range(len(active)):
-        r = active[at]
-        largest = 0.0
-        for i in range(n):
-            a = free[i]
-            g[i] = products[r, n_weights, a] + decay[r] * weights[r, a]
-            largest = max(largest, abs(g[i]))
-        gradient[r] = largest
-        low, high = np.inf, 0.0
-        for i in range(n):
-            for j in range(i + 1):
-                x = products[r, free[i], free[j]]
-                if i == j:
-                    x += decay[r] + mu[r] * (x if diagonal else 1.0)
-                for k in range(j):
-                    x -= factor[i, k] * factor[j, k]
-                factor[i, j] = np.sqrt(x) if i == j else x / factor[j, j]
-            positive = factor[i, i] > 0.0
-            low, high = min(low, factor[i, i]) if positive else 0.0, max(high, factor[i, i])
-        condition[at] = (high / low) ** 2
-        for i in range(n):
-            x = -g[i]
-            for k in range(i):
-                x -= factor[i, k] * s[k]
-            s[i] = x / factor[i, i]
-        for i in range(n - 1, -1, -1):
-            x = s[i]
-            for k in range(i + 1, n):
-                x -= factor[k, i] * s[k]
-            s[i] = x / factor[i, i]
-        decrease = 0.0
-        for i in range(n_weights):
-            trial[at, i] = weights[r, i]
-        for i in range(n):
-            a = free[i]
-            trial[at, a] += s[i]
-            scale = mu[r]
-            if diagonal:
-                scale *= products[r, a, a]
-            # L(0) - L(step) = step' (damping step - gradient) / 2
-            decrease += 0.5 * s[i] * (scale * s[i] - g[i])
-        predicted[at] = decrease
 
 
 def step_by_qr(

@@ -13,10 +13,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from narx.training.least_squares.damping import Damping, damped_steps, step_by_qr
-from narx.training.least_squares.decision import CODES, RUNNING, decide
+from narx.kernels import lm_step
+from narx.kernels.lm_step import RUNNING, damped_steps, decide
+from narx.training.least_squares.damping import Damping, step_by_qr
 from narx.training.least_squares.problem import LeastSquaresProblem
-from narx.training.least_squares.stopping import ResultCode, Stopping
+from narx.training.least_squares.stopping import CODES, ResultCode, Stopping
 from narx.types import FloatArray
 
 # beyond this condition of JTJ the normal equations have lost half of what float64 holds
@@ -155,7 +156,7 @@ class _Run:
 
     def start(self) -> None:
         self.cost = self._cost(self.products, self.weights, self.decay)
-        self.codes[~np.isfinite(self.cost)] = CODES.index(ResultCode.NOT_FINITE)
+        self.codes[~np.isfinite(self.cost)] = lm_step.NOT_FINITE
 
     def iterate(
         self, active: NDArray[np.int64], log: Callable[[dict[str, FloatArray]], None] | None
@@ -211,10 +212,10 @@ class _Run:
         self.best_cost[better] = 0.5 * self.products[better, -1, -1]
         self.failures = np.where(better, 0, self.failures + 1)
         tired = (self.failures >= self.options.stopping.patience) & (self.codes == RUNNING)
-        self.codes[tired] = CODES.index(ResultCode.VALIDATION)
+        self.codes[tired] = lm_step.VALIDATION
 
     def result(self) -> Result:
-        self.codes[self.codes == RUNNING] = CODES.index(ResultCode.EVALUATIONS)
+        self.codes[self.codes == RUNNING] = lm_step.EVALUATIONS
         self.history.append(
             np.array([self.cost, self.mu * self.mu_unit, np.full(len(self.cost), np.nan)])
         )

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from narx.kernels import lm_step
+
 
 class ResultCode(StrEnum):
     """Why a solver stopped."""
@@ -16,6 +18,20 @@ class ResultCode(StrEnum):
     DAMPING = "no step lowers the cost"
     VALIDATION = "validation error no longer falls"
     NOT_FINITE = "cost is not finite"
+
+
+# the compiled solver has them by number
+CODES = {
+    lm_step.RUNNING: ResultCode.RUNNING,
+    lm_step.GRADIENT: ResultCode.GRADIENT,
+    lm_step.STEP: ResultCode.STEP,
+    lm_step.COST_CHANGE: ResultCode.COST_CHANGE,
+    lm_step.COST: ResultCode.COST,
+    lm_step.EVALUATIONS: ResultCode.EVALUATIONS,
+    lm_step.DAMPING: ResultCode.DAMPING,
+    lm_step.VALIDATION: ResultCode.VALIDATION,
+    lm_step.NOT_FINITE: ResultCode.NOT_FINITE,
+}
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ import pytest
 import torch
 from scipy.optimize import least_squares
 
+from narx.kernels.lm_step import damped_steps
 from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
-from narx.training.least_squares.damping import Damping, damped_steps, step_by_qr
+from narx.training.least_squares.damping import Damping, step_by_qr
 from narx.training.least_squares.solver import Options, levenberg_marquardt
 from narx.training.least_squares.stopping import ResultCode, Stopping
 from narx.training.multi_start import biases, normal_starts
