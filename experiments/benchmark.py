@@ -12,9 +12,9 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
 
-from narx.calibration.calibrate import CalibratedSegment, calibrate
+from narx.calibration.calibrate import CalibratedSegment
 from narx.datasets.base import TrialSource
-from narx.datasets.splits import Fold, TrialPart, load
+from narx.datasets.splits import Fold, TrialPart, load_calibrated
 from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table, write_results
@@ -74,8 +74,7 @@ def run(
     )
 
     def prepare(part: TrialPart) -> tuple[Trial, Mapping[str, CalibratedSegment]]:
-        trial = load(sources, part)
-        calibrated = calibrate(trial, cfg.calibration)
+        trial, calibrated = load_calibrated(sources, part, cfg.calibration)
         if not cfg.remove_static_bias:
             calibrated = {name: with_static_bias(c) for name, c in calibrated.items()}
         return trial, calibrated

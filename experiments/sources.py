@@ -11,6 +11,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from narx.datasets.base import TrialSource
+from narx.datasets.prepared import PreparedSource, TrialStore
 from narx.datasets.splits import TrialPart
 from narx.errors import UserError
 from narx.files import folder_sha256
@@ -45,7 +46,7 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
         overrides = {}
         if root is not None and "root" in constructor and constructor.root is None:
             overrides["root"] = str(root / str(name))
-        source = instantiate(constructor, **overrides)
+        source = _prepared(cfg, str(name), constructor, instantiate(constructor, **overrides))
         selection = OmegaConf.to_container(cfg.select) if cfg.get("select") else {}
         assert isinstance(selection, Mapping)
         wanted = {str(key): value for key, value in selection.items() if value is not None}
@@ -53,6 +54,21 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
             source = source.select(**wanted)
         sources[str(name)] = source
     return sources
+
+
+def _prepared(
+    cfg: DictConfig, name: str, constructor: DictConfig, source: TrialSource
+) -> TrialSource:
+    if cfg.prepared.limit_gb <= 0:
+        return source
+    folder = cfg.prepared.folder
+    store = TrialStore(
+        Path(pooch.os_cache("narx")) / "prepared" if folder is None else Path(folder).expanduser(),
+        cfg.prepared.limit_gb * 1e9,
+    )
+    settings = OmegaConf.to_yaml(constructor, resolve=True, sort_keys=True)
+    recordings = _recordings_sha256(cfg, name, constructor)
+    return PreparedSource(source, f"{settings}\0{recordings}", store)
 
 
 def data_sha256(cfg: DictConfig) -> dict[str, str]:
@@ -69,18 +85,22 @@ def data_sha256(cfg: DictConfig) -> dict[str, str]:
         SHA-256 over the names and contents of all files of a source, by its name; a source that
         is simulated, or not downloaded yet, is left out.
     """
-    digests = {}
-    for name, constructor in cfg.get("data", {}).items():
-        if "root" not in constructor:
-            continue
-        root = constructor.root
-        if root is None:
-            parent = pooch.os_cache("narx") if cfg.data_root is None else cfg.data_root
-            root = Path(parent).expanduser() / str(name)
-        folder = Path(root)
-        if folder.is_dir():
-            digests[str(name)] = folder_sha256(folder)
-    return digests
+    return {
+        str(name): digest
+        for name, constructor in cfg.get("data", {}).items()
+        if (digest := _recordings_sha256(cfg, str(name), constructor)) is not None
+    }
+
+
+def _recordings_sha256(cfg: DictConfig, name: str, constructor: DictConfig) -> str | None:
+    if "root" not in constructor:
+        return None
+    root = constructor.root
+    if root is None:
+        parent = pooch.os_cache("narx") if cfg.data_root is None else cfg.data_root
+        root = Path(parent).expanduser() / name
+    folder = Path(root).expanduser()
+    return folder_sha256(folder) if folder.is_dir() else None
 
 
 def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:

@@ -4,8 +4,9 @@ import functools
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from importlib import metadata
 from pathlib import Path
 
 
@@ -84,3 +85,35 @@ def folder_sha256(folder: str | os.PathLike[str]) -> str:
 def _sha256_once(path: Path, size: int, mtime_ns: int) -> str:
     # the jobs of a sweep ask again for the same large files
     return sha256_of(path)
+
+
+def code_sha256(paths: Iterable[Path], packages: Iterable[str]) -> str:
+    """Digest source code and the versions of what it computes with.
+
+    Parameters
+    ----------
+    paths : iterable of pathlib.Path
+        Files, and folders that are read with all below them, linked ones too: ``*.py``, and
+        ``*.pt`` for the network that ships.
+    packages : iterable of str
+        Installed distributions.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for top in paths:
+        for path in [top] if top.is_file() else sorted(_files_below(top)):
+            if path.suffix in (".py", ".pt"):
+                digest.update(path.relative_to(top.parent).as_posix().encode() + b"\0")
+                digest.update(path.read_bytes() + b"\0")
+    for name in packages:
+        digest.update(f"{name} {metadata.version(name)}\0".encode())
+    return digest.hexdigest()
+
+
+def _files_below(folder: Path) -> Iterator[Path]:
+    for parent, _, names in os.walk(folder, followlinks=True):
+        yield from (Path(parent, name) for name in names)

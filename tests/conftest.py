@@ -114,6 +114,11 @@ def make_motion(kind: str, sampling_rate_hz: float = 100.0, duration_s: float = 
     return Motion(signals, angles)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _own_store_of_prepared_trials(tmp_path_factory: pytest.TempPathFactory) -> None:
+    os.environ["NARX_PREPARED"] = str(tmp_path_factory.mktemp("prepared"))
+
+
 @pytest.fixture(scope="session")
 def motion() -> Callable[..., Motion]:
     """Build a motion: ``motion(kind, sampling_rate_hz=100.0, duration_s=40.0)``."""

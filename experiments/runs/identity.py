@@ -7,17 +7,17 @@ same command finds its finished runs again and never meets those of another conf
 import functools
 import hashlib
 import json
-import os
 import re
 import sys
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
-# where recordings lie and whether to resume do not change a result
-_WITHOUT_EFFECT = frozenset({"hydra", "data_root", "resume"})
+from narx.files import code_sha256
+
+# where recordings lie and what is kept of them does not change a result
+_WITHOUT_EFFECT = frozenset({"hydra", "data_root", "prepared"})
 _NUMERICS = ("torch", "numpy", "scipy", "numba", "pandas")
 # of a folder's name; file systems allow 255 bytes
 _LONGEST_NAME = 120
@@ -32,19 +32,8 @@ def code_digest() -> str:
     str
         64 hexadecimal digits.
     """
-    digest = hashlib.sha256()
-    package = Path(__file__).parents[2]
     # baselines and experiments are linked into the package where it is installed editable
-    for folder, folders, names in os.walk(package, followlinks=True):
-        folders.sort()
-        for name in sorted(names):
-            if name.endswith((".py", ".pt")):
-                path = Path(folder, name)
-                digest.update(path.relative_to(package).as_posix().encode() + b"\0")
-                digest.update(path.read_bytes() + b"\0")
-    for name in _NUMERICS:
-        digest.update(f"{name} {metadata.version(name)}\0".encode())
-    return digest.hexdigest()
+    return code_sha256([Path(__file__).parents[2]], _NUMERICS)
 
 
 def settings_of(cfg: DictConfig) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import pandas as pd
 
+from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
 from narx.errors import UserError
 from narx.recordings.trial import Trial
 
@@ -111,6 +112,39 @@ class TrialSource(ABC):
         """
         self.select(subject, condition, trial)
         return self._load(subject, condition, trial)
+
+    def load_calibrated(
+        self, subject: str, condition: str, trial: str, mode: Mode = "auto"
+    ) -> tuple[Trial, dict[str, CalibratedSegment]]:
+        """Read one trial and calibrate its segments.
+
+        Parameters
+        ----------
+        subject, condition, trial : str
+            Names as in the index.
+        mode : {"auto", "leg", "knee", "functional", "walking", "sensor"}
+            As `narx.calibration.calibrate`.
+
+        Returns
+        -------
+        trial : Trial
+            As `load`.
+        segments : dict of str to CalibratedSegment
+            By segment name.
+
+        Raises
+        ------
+        UserError
+            As `load` and `narx.calibration.calibrate`.
+        """
+        self.select(subject, condition, trial)
+        return self._load_calibrated(subject, condition, trial, mode)
+
+    def _load_calibrated(
+        self, subject: str, condition: str, trial: str, mode: Mode
+    ) -> tuple[Trial, dict[str, CalibratedSegment]]:
+        loaded = self._load(subject, condition, trial)
+        return loaded, calibrate(loaded, mode)
 
     def __len__(self) -> int:
         return len(self.index())

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from narx.calibration.calibrate import CalibratedSegment, Mode
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
 from narx.recordings.trial import Trial
@@ -260,8 +261,10 @@ def automatic(
         yield from pretrained(index, rng)
 
 
-def load(sources: Mapping[str, TrialSource], part: TrialPart) -> Trial:
-    """Load the trial that a part belongs to.
+def load_calibrated(
+    sources: Mapping[str, TrialSource], part: TrialPart, mode: Mode
+) -> tuple[Trial, dict[str, CalibratedSegment]]:
+    """Load the trial that a part belongs to, and calibrate it.
 
     Parameters
     ----------
@@ -269,10 +272,14 @@ def load(sources: Mapping[str, TrialSource], part: TrialPart) -> Trial:
         By source name.
     part : TrialPart
         Names the trial.
+    mode : {"auto", "leg", "knee", "functional", "walking", "sensor"}
+        As `narx.calibration.calibrate`.
 
     Returns
     -------
-    Trial
+    trial : Trial
         The whole trial.
+    segments : dict of str to CalibratedSegment
+        By segment name.
     """
-    return sources[part.source].load(part.subject, part.condition, part.trial)
+    return sources[part.source].load_calibrated(part.subject, part.condition, part.trial, mode)

@@ -1,14 +1,13 @@
 """Train a network from a notebook or a command: trials, folds or own arrays in, checkpoint out."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any, get_args
 
 import numpy as np
 
 from narx.datasets.base import TrialSource
-from narx.datasets.splits import Fold, TrialPart, load
+from narx.datasets.splits import Fold, TrialPart, load_calibrated
 from narx.errors import UserError
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.narx_method import AxisScaling
@@ -126,7 +125,7 @@ class Trainer:
         trials = [item for item in training if isinstance(item, Trial)]
         network = self._fit(self._sequences(training), self._sequences(validation), log)
         hashes = {name: sha for trial in trials for name, sha in trial.sources.items()}
-        return self._measured(network, trials, data_sha256=hashes)
+        return self._measured(network, map(Stretch, trials), data_sha256=hashes)
 
     def fit_fold(
         self, sources: Mapping[str, TrialSource], fold: Fold, log: Log = _silent
@@ -154,17 +153,16 @@ class Trainer:
         """
         hashes: dict[str, str] = {}
 
-        def stretches(parts: Sequence[TrialPart]) -> Iterable[Stretch]:
+        def stretches(parts: Iterable[TrialPart]) -> Iterable[Stretch]:
             for part in parts:
-                trial = load(sources, part)
+                trial, segments = load_calibrated(sources, part, self.reader.calibration)
                 hashes.update(trial.sources)
-                yield Stretch(trial, part.start_s, part.stop_s)
+                yield Stretch(trial, part.start_s, part.stop_s, segments)
 
         training = self.reader.sequences(stretches(fold.training))
         validation = self.reader.sequences(stretches(fold.validation))
         network = self._fit(training, validation, log)
-        once = {part.key: part for part in fold.training}.values()
-        trials = map(partial(load, sources), once)
+        trials = stretches({part.key: part for part in fold.training}.values())
         return self._measured(network, trials, fold=fold.name, data_sha256=hashes)
 
     def _sequences(self, data: Iterable[Trial | TrainingSequence]) -> list[TrainingSequence]:
@@ -197,7 +195,9 @@ class Trainer:
             washout_s=self.washout_s,
         )
 
-    def _measured(self, network: Checkpoint, trials: Iterable[Trial], **history: Any) -> Checkpoint:
+    def _measured(
+        self, network: Checkpoint, trials: Iterable[Stretch], **history: Any
+    ) -> Checkpoint:
         after, start = self.reader.error_stds(network.method(), trials)
         return replace(
             network,

@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from narx.baselines.complementary_filter import ComplementaryFilter
-from narx.calibration.calibrate import Mode, calibrate
+from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
 from narx.errors import UserError
 from narx.inference.narx_method import NarxMethod
 from narx.recordings.trial import Trial
@@ -28,11 +28,14 @@ class Stretch:
         The whole trial.
     start_s, stop_s : float
         Part of it, in s from its first sample.
+    segments : mapping of str to CalibratedSegment, optional
+        The trial's, where it is calibrated already.
     """
 
     trial: Trial
     start_s: float = 0.0
     stop_s: float = inf
+    segments: Mapping[str, CalibratedSegment] | None = None
 
 
 def _default_teacher() -> Teacher:
@@ -103,7 +106,7 @@ class TrialReader:
             names.append(trial.name)
             keep = self._inside(stretch)
             weight = float(self.weights.get(trial.dataset, 1.0))
-            for name, segment in calibrate(trial, self.calibration).items():
+            for name, segment in self._calibrated(stretch).items():
                 present.add(name)
                 if self.segments is not None and name not in self.segments:
                     continue
@@ -119,6 +122,11 @@ class TrialReader:
             raise UserError(f"training: no stretch of 2 s without gaps in {', '.join(names)}")
         return found
 
+    def _calibrated(self, stretch: Stretch) -> Mapping[str, CalibratedSegment]:
+        if stretch.segments is None:
+            return calibrate(stretch.trial, self.calibration)
+        return stretch.segments
+
     def _inside(self, stretch: Stretch) -> BoolArray:
         since_start_s = stretch.trial.time_s - stretch.trial.time_s[0]
         start_s = max(self.skip_s, stretch.start_s)
@@ -133,7 +141,7 @@ class TrialReader:
         return inside
 
     def error_stds(
-        self, method: NarxMethod, trials: Iterable[Trial]
+        self, method: NarxMethod, stretches: Iterable[Stretch]
     ) -> tuple[Std, Std] | tuple[None, None]:
         """Measure the error of a trained network on whole trials with a reference.
 
@@ -141,8 +149,8 @@ class TrialReader:
         ----------
         method : NarxMethod
             The network with its start-up and washout.
-        trials : iterable of Trial
-            Those trained on.
+        stretches : iterable of Stretch
+            Trials trained on; all of each counts.
 
         Returns
         -------
@@ -151,9 +159,10 @@ class TrialReader:
             standard deviation of an estimate is taken to be. None without a reference.
         """
         total, count = np.zeros((2, 3)), np.zeros((2, 3))
-        for trial in trials:
-            keep = trial.time_s - trial.time_s[0] >= self.skip_s
-            for segment in calibrate(trial, self.calibration).values():
+        for stretch in stretches:
+            time_s = stretch.trial.time_s
+            keep = time_s - time_s[0] >= self.skip_s
+            for segment in self._calibrated(stretch).values():
                 if segment.reference_angles_rad is None:
                     continue
                 error = segment.reference_angles_rad - method.estimate(segment.signals)
