@@ -1,9 +1,7 @@
 """A trained network on disk: weights, how to run it, and where it comes from."""
 
-import io
-import math
 import os
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +10,13 @@ import torch
 
 from narx.errors import UserError
 from narx.files import atomic_path
+from narx.inference.checkpoint_archive import digest, from_file, to_bytes
+from narx.inference.checkpoint_format import opened, sealed
 from narx.inference.narx_method import AxisScaling, NarxMethod
 from narx.inference.start_up import StartUp
 from narx.inference.washout import WASHOUT_S
 from narx.network.model import Narx
+from narx.network.structure import NarxStructure
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,42 @@ class Checkpoint:
             smoothing,
         )
 
+    @property
+    def sha256(self) -> str:
+        """Hash of everything that the checkpoint holds: 64 hexadecimal digits."""
+        return digest(_content(self))
+
+    def check(self) -> None:
+        """Refuse a network that cannot run.
+
+        Raises
+        ------
+        UserError
+            If a number is not finite or not of the sign that it must have, or a choice unknown.
+        """
+        model = self.model
+        _positive("sampling_rate_hz", model.sampling_rate_hz)
+        scales = vars(model.normalisation)
+        for name, value in scales.items():
+            if "offset" not in name:
+                _positive(name, value)
+            elif not np.isfinite(value):
+                raise UserError(f"{name} is {value}, expected a finite number")
+        if not bool(torch.isfinite(model.weights).all()):
+            raise UserError("a weight of the network is not finite")
+        for name, value in asdict(self.start_up).items():
+            _positive(f"start_up.{name}", value, zero=True)
+        for name in ("error_std_rad", "start_std_rad"):
+            stds = getattr(self, name)
+            if stds is not None and len(stds) != 3:
+                raise UserError(f"{name} has {len(stds)} values, expected three")
+            for std in stds or ():
+                if not np.isnan(std):  # an axis whose error is not known
+                    _positive(name, std)
+        if not isinstance(self.history, dict):
+            raise UserError(f"history is a {type(self.history).__name__}, expected a dictionary")
+        self.method()
+
 
 def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     """Write a checkpoint in one piece.
@@ -86,23 +123,15 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
         What to write.
     path : path-like
         Where to, usually ``*.pt``.
+
+    Raises
+    ------
+    UserError
+        If the network cannot run (`Checkpoint.check`).
     """
-    content = {
-        "model": checkpoint.model.to_config(),
-        "weights": checkpoint.model.weights.detach().clone(),
-        "start_up": asdict(checkpoint.start_up),
-        "axis_scaling": checkpoint.axis_scaling,
-        "error_std_rad": checkpoint.error_std_rad,
-        "start_std_rad": checkpoint.start_std_rad,
-        "washout_s": checkpoint.washout_s,
-        "history": checkpoint.history,
-    }
-    # in memory first: torch names the inside of the file after the path, here a random one, and
-    # the same checkpoint is to be the same file
-    buffer = io.BytesIO()
-    torch.save(content, buffer)
+    checkpoint.check()
     with atomic_path(path) as temporary:
-        temporary.write_bytes(buffer.getvalue())
+        temporary.write_bytes(to_bytes(sealed(_content(checkpoint))))
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:
@@ -111,7 +140,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
     Parameters
     ----------
     path : path-like
-        What `save` wrote.
+        What `save` wrote, in this version or an earlier one.
 
     Returns
     -------
@@ -121,30 +150,66 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
     Raises
     ------
     UserError
-        If the file is not there, or not such a checkpoint.
+        If the file is not there, is damaged, or holds a network that cannot run.
     """
     if not Path(path).is_file():
         raise UserError(f"checkpoint: no file '{path}'")
     try:
-        content = torch.load(path, weights_only=True)
-        model = Narx.from_config(content["model"])
-        with torch.no_grad():
-            model.weights.copy_(content["weights"])
-        checkpoint = Checkpoint(
-            model,
-            # a file from before there was a choice averaged at the end
-            StartUp(**{"averaging_begin_s": math.inf} | content["start_up"]),
-            content["axis_scaling"],
-            content["error_std_rad"],
-            # a file from before there were these runs as it did
-            content.get("start_std_rad"),
-            content["history"],
-            content.get("washout_s"),
+        checkpoint = _from_content(opened(from_file(path)))
+        checkpoint.check()
+    except KeyError as error:
+        raise _refused(path, f"its field {error} is missing") from error
+    except (UserError, ValueError, TypeError, ArithmeticError, OSError) as error:
+        raise _refused(path, str(error).splitlines()[0]) from error
+    return checkpoint
+
+
+def _refused(path: str | os.PathLike[str], reason: str) -> UserError:
+    return UserError(f"checkpoint: '{path}' is not a network that this version can run: {reason}")
+
+
+def _content(checkpoint: Checkpoint) -> dict[str, Any]:
+    return {
+        "model": checkpoint.model.to_config(),
+        "weights": checkpoint.model.weights.detach().clone(),
+        "start_up": asdict(checkpoint.start_up),
+        "axis_scaling": checkpoint.axis_scaling,
+        "error_std_rad": checkpoint.error_std_rad,
+        "start_std_rad": checkpoint.start_std_rad,
+        "washout_s": checkpoint.washout_s,
+        "history": checkpoint.history,
+    }
+
+
+def _from_content(content: dict[str, Any]) -> Checkpoint:
+    unknown = set(content) - {entry.name for entry in fields(Checkpoint)} - {"weights"}
+    if unknown:
+        raise ValueError(f"its field '{min(unknown)}' is unknown")
+    weights = content.pop("weights")
+    # before the model is made, which may be of any size
+    n_weights = NarxStructure(**content["model"]["structure"]).n_weights
+    if not isinstance(weights, torch.Tensor) or weights.dtype != torch.float64:
+        raise ValueError("its weights are no float64 tensor")
+    if weights.shape != (n_weights,):
+        raise ValueError(
+            f"its weights have the shape {tuple(weights.shape)}, expected ({n_weights},)"
         )
-        checkpoint.method()  # a file whose network cannot run is refused here, by its name
-        return checkpoint
-    except Exception as error:  # what the unpickler makes of a foreign file has no end of forms
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise UserError(
-            f"checkpoint: '{path}' is not a network that this version saved: {reason}"
-        ) from error
+    model = Narx.from_config(content.pop("model"))
+    with torch.no_grad():
+        model.weights.copy_(weights)
+    # fields that are missing fail here by name, so that nothing falls back to a default
+    start_up = content["start_up"]
+    absent = [entry.name for entry in fields(StartUp) if entry.name not in start_up]
+    if absent:
+        raise KeyError(absent[0])
+    rest = {
+        name: content[name]
+        for name in ("axis_scaling", "error_std_rad", "start_std_rad", "history", "washout_s")
+    }
+    return Checkpoint(model, StartUp(**start_up), **rest)
+
+
+def _positive(name: str, value: Any, zero: bool = False) -> None:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (number and np.isfinite(value) and (value > 0 or (zero and value == 0))):
+        raise UserError(f"{name} is {value}, expected a number {'from' if zero else 'above'} zero")

@@ -11,8 +11,6 @@ from narx.network.coupled_loop import coupled_closed_loop
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
 
-FORMAT = 1
-
 
 class Narx(nn.Module):
     """One small recurrent network, run in closed loop on all three axes of a segment.
@@ -202,7 +200,6 @@ class Narx(nn.Module):
             Plain numbers and strings; `from_config` takes it back.
         """
         return {
-            "format": FORMAT,
             "sampling_rate_hz": self.sampling_rate_hz,
             "normalisation": vars(self.normalisation).copy(),
             "structure": vars(self.structure).copy(),
@@ -227,10 +224,16 @@ class Narx(nn.Module):
         Raises
         ------
         ValueError
-            If the description is of another format.
+            If a field is missing, unknown, or of another type.
         """
-        if config.get("format") != FORMAT:
-            raise ValueError(f"network format {config.get('format')!r}, expected {FORMAT}")
+        expected = {"sampling_rate_hz", "normalisation", "structure", "odd", "coupled"}
+        if set(config) != expected:
+            raise ValueError(
+                f"fields of the network are {', '.join(sorted(config))}, expected "
+                f"{', '.join(sorted(expected))}"
+            )
+        if not (isinstance(config["odd"], bool) and isinstance(config["coupled"], bool)):
+            raise ValueError("'odd' and 'coupled' of the network must be true or false")
         return cls(
             config["sampling_rate_hz"],
             Normalisation(**config["normalisation"]),

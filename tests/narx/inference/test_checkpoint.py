@@ -1,6 +1,9 @@
 """A network on disk comes back as it was; another file is refused in one line."""
 
+import os
 import pickle
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,11 +12,14 @@ import torch
 from narx.errors import UserError
 from narx.inference import checkpoint as checkpoints
 from narx.inference.checkpoint import Checkpoint
+from narx.inference.checkpoint_archive import digest
 from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
+
+FIXTURES = Path(__file__).parent / "checkpoints"
 
 
 @pytest.fixture
@@ -76,21 +82,34 @@ def test_the_same_checkpoint_is_the_same_file(checkpoint, path, tmp_path):
 def test_it_holds_plain_data_alone(path):
     content = torch.load(path, weights_only=True)
     assert set(content) == {
-        "model", "weights", "start_up", "axis_scaling", "error_std_rad", "start_std_rad",
-        "history", "washout_s",
+        "format", "model", "weights", "start_up", "axis_scaling", "error_std_rad",
+        "start_std_rad", "history", "washout_s", "sha256",
     }  # fmt: skip
+    assert content["format"] == 2
 
 
-def test_a_file_from_before_a_choice_runs_without_it(checkpoint, path):
-    content = torch.load(path, weights_only=True)
-    del content["washout_s"], content["start_std_rad"], content["start_up"]["averaging_begin_s"]
-    torch.save(content, path)
-    again = checkpoints.load(path)
-    # the posture was averaged over the last part of the start-up
-    assert again.start_up.averaged_from_s == pytest.approx(1.5 - 0.7)
-    assert again.washout_s is None
-    assert again.start_std_rad is None
-    assert again.error_std_rad == checkpoint.error_std_rad
+@pytest.mark.parametrize(
+    ("name", "averaged_from_s", "washout_s", "start_std_deg"),
+    [
+        ("format_1", 2.0, 300.0, 3.894),
+        ("format_1_averaged_at_the_end", 4.0, 300.0, 3.894),
+        ("format_1_without_washout", 4.0, None, None),
+    ],
+)
+def test_a_file_of_an_earlier_release_runs_as_it_did(
+    name, averaged_from_s, washout_s, start_std_deg
+):
+    checkpoint = checkpoints.load(FIXTURES / f"{name}.pt")
+    assert checkpoint.start_up.averaged_from_s == averaged_from_s
+    assert checkpoint.washout_s == washout_s
+    std = checkpoint.start_std_rad
+    assert (std and np.degrees(std[0])) == pytest.approx(start_std_deg, abs=1e-3)
+    assert float(checkpoint.model.weights.detach()[15]) == pytest.approx(33.481, abs=1e-3)
+
+
+def test_an_older_package_refuses_a_file_of_this_one(path):
+    """It looked for the number within the model, and for no other."""
+    assert torch.load(path, weights_only=True)["model"].get("format") != 1
 
 
 class Code:
@@ -98,6 +117,13 @@ class Code:
 
     def __reduce__(self):
         return (exec, ("raise SystemExit('code of a file was run')",))
+
+
+class Memory:
+    """A few bytes that ask for gigabytes."""
+
+    def __reduce__(self):
+        return (bytearray, (10**11,))
 
 
 def truncated(path):
@@ -116,41 +142,154 @@ def hostile(path):
     path.write_bytes(pickle.dumps(Code()))
 
 
-def changed(**changes):
-    def change(path):
+def rewritten(change, sealing=True):
+    def damage(path):
         content = torch.load(path, weights_only=True)
-        torch.save({**content, **changes}, path)
+        del content["sha256"]
+        change(content)
+        if sealing:
+            content["sha256"] = digest(content)
+        torch.save(content, path)
 
-    return change
+    return damage
 
 
-def without_weights(path):
+def changed(**changes):
+    return rewritten(lambda content: content.update(changes))
+
+
+def within(name, **changes):
+    return rewritten(lambda content: content[name].update(changes))
+
+
+def scaled(**changes):
+    return rewritten(lambda content: content["model"]["normalisation"].update(changes))
+
+
+def without(name):
+    return rewritten(lambda content: content.pop(name))
+
+
+def unpickled(*objects):
+    return lambda path: torch.save({"weights": objects}, path)
+
+
+def compressed(path):
     content = torch.load(path, weights_only=True)
-    del content["weights"]
-    torch.save(content, path)
+    torch.save({**content, "weights": torch.zeros(10**6, dtype=torch.float64)}, path)
+    with zipfile.ZipFile(path) as archive:
+        records = {record.filename: archive.read(record) for record in archive.infolist()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in records.items():
+            archive.writestr(name, data)
+
+
+def endless(path):
+    nest = [0]
+    for _ in range(60):
+        nest = [nest, nest]
+    rewritten(lambda content: content.update(history={"nest": nest}), sealing=False)(path)
+
+
+def spread(path):
+    """One number on disk, a terabyte when it is copied."""
+    torch.save({"weights": torch.zeros(1, dtype=torch.float64).expand(2**37)}, path)
+
+
+def large(path):
+    with path.open("ab") as stream:
+        stream.truncate(2**25)
+
+
+def changed_unsealed(path):
+    rewritten(lambda content: content.update(washout_s=8.0, sha256="0" * 64), sealing=False)(path)
 
 
 @pytest.mark.parametrize(
-    "damage",
+    ("damage", "reason"),
     [
-        truncated,
-        empty,
-        text,
-        hostile,
-        without_weights,
-        changed(weights=torch.zeros(4)),
-        changed(model={"format": 99}),
-        changed(start_up={"duration_s": 1.0, "unknown": 2.0}),
-        changed(axis_scaling="other"),
-        changed(washout_s=0.0),
-        lambda path: torch.save([1, 2, 3], path),
+        (truncated, "no archive"),
+        (empty, "no archive"),
+        (text, "no archive"),
+        (hostile, "no archive"),
+        (large, "33554432 bytes, expected at most 16777216"),
+        (compressed, "compressed"),
+        (unpickled(Code()), "more than numbers, strings and tensors"),
+        (unpickled(Memory()), "more than numbers, strings and tensors"),
+        (spread, "more than 100000 values"),
+        (endless, "more than 100000 values"),
+        (lambda path: torch.save([1, 2, 3], path), "holds a list"),
+        (lambda path: torch.save({1: 2}, path), "a key in it is not a string"),
+        (changed_unsealed, "does not fit its checksum"),
+        (without("weights"), "'weights' is missing"),
+        (without("washout_s"), "'washout_s' is missing"),
+        (rewritten(lambda content: content["start_up"].pop("leak_rad_s")), "'leak_rad_s' is miss"),
+        (changed(format=99), "format is 99, expected 2 or an older one"),
+        (changed(format=True), "format is True"),
+        (changed(format=1), "field 'sha256' is unknown"),
+        (changed(other=1), "field 'other' is unknown"),
+        (changed(model=[]), "list indices"),
+        (within("model", other=1), "fields of the network"),
+        (within("start_up", other=2.0), "unexpected keyword argument 'other'"),
+        (changed(weights=torch.zeros(4, dtype=torch.float64)), r"shape \(4,\), expected \(15,\)"),
+        (changed(weights=torch.tensor(0.0, dtype=torch.float64)), r"shape \(\)"),
+        (changed(weights=torch.zeros(15)), "more than numbers"),
+        (changed(weights=[0.0] * 15), "no float64 tensor"),
+        (changed(weights=torch.full((15,), np.nan, dtype=torch.float64)), "not finite"),
+        (within("model", structure={"hidden": 10**12}), "expected "),
+        (within("model", structure={"hidden": np.inf}), "infinity"),
+        (within("model", sampling_rate_hz=-100.0), "sampling_rate_hz is -100.0, expected"),
+        (within("model", sampling_rate_hz="fast"), "could not convert"),
+        (scaled(rate_scale_rad_s=0.0), "rate_scale"),
+        (scaled(angle_offset_rad=np.inf), "offset"),
+        (within("start_up", duration_s=np.nan), "start_up.duration_s is nan, expected a number"),
+        (within("start_up", duration_s=-1.0), "start_up.duration_s is -1.0, expected a number"),
+        (changed(error_std_rad=(0.1, 0.2)), "error_std_rad has 2 values, expected three"),
+        (changed(start_std_rad=(0.1, 0.2, -0.1)), "start_std_rad is -0.1, expected a number above"),
+        (changed(axis_scaling="other"), "axis_scaling is 'other'"),
+        (changed(washout_s=0.0), "washout_s is 0.0"),
+        (changed(history=[]), "history is a list"),
     ],
-)
-def test_another_file_is_refused_in_one_line(path, damage):
+)  # fmt: skip
+def test_another_file_is_refused_in_one_line(path, damage, reason):
     damage(path)
-    with pytest.raises(UserError, match=r"checkpoint: '.*network\.pt' is not a network") as error:
+    with pytest.raises(
+        UserError, match=rf"^checkpoint: '.*network\.pt' is not a network that .*{reason}"
+    ) as error:
         checkpoints.load(path)
     assert "\n" not in str(error.value)
+    assert "weights_only" not in str(error.value)
+
+
+@pytest.mark.parametrize("fixture", ["this_release", "format_1"])
+def test_a_few_changed_bytes_are_noticed_or_change_nothing(checkpoint, path, tmp_path, fixture):
+    """NARX_FUZZ_CASES=10000 is the long run."""
+    if fixture != "this_release":
+        path = FIXTURES / f"{fixture}.pt"
+    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    sha256, damaged = checkpoints.load(path).sha256, tmp_path / "damaged.pt"
+    messages, cases = [], int(os.environ.get("NARX_FUZZ_CASES", "150"))
+    for _ in range(cases):
+        data = np.frombuffer(whole, dtype=np.uint8).copy()
+        at = rng.integers(len(data), size=rng.integers(1, 5))
+        data[at] ^= rng.integers(1, 256, size=len(at), dtype=np.uint8)
+        damaged.write_bytes(data.tobytes())
+        try:
+            again = checkpoints.load(damaged)
+        except UserError as error:
+            messages.append(str(error))
+        else:
+            assert again.sha256 == sha256
+    assert len(messages) > cases / 2
+    assert not any("\n" in message for message in messages)
+
+
+def test_a_network_that_cannot_run_is_not_saved(checkpoint, tmp_path):
+    with torch.no_grad():
+        checkpoint.model.weights[3] = np.nan
+    with pytest.raises(UserError, match="a weight of the network is not finite"):
+        checkpoints.save(checkpoint, tmp_path / "nan.pt")
+    assert not list(tmp_path.glob("nan*"))
 
 
 def test_a_file_that_is_not_there(tmp_path):

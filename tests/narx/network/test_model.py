@@ -160,8 +160,10 @@ def test_configuration_there_and_back(model):
     again = Narx.from_config(model.to_config())
     assert again.to_config() == model.to_config()
     assert again.weights.shape == model.weights.shape
-    with pytest.raises(ValueError, match="network format 0, expected 1"):
-        Narx.from_config({**model.to_config(), "format": 0})
+    with pytest.raises(ValueError, match=r"fields of the network are coupled.*expected coupled"):
+        Narx.from_config({**model.to_config(), "other": 0})
+    with pytest.raises(ValueError, match="must be true or false"):
+        Narx.from_config({**model.to_config(), "odd": 1})
 
 
 def test_offsets_and_oddness_exclude_each_other():

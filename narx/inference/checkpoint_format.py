@@ -1,0 +1,83 @@
+"""Formats of a checkpoint's content: older ones are brought to the present one, step by step.
+
+The number changes whenever the same numbers mean something else, or a field is added without
+which a network would run differently, so that an older package refuses a newer file instead of
+running its network in another way.
+
+====== =========================================================================================
+format meaning
+====== =========================================================================================
+1      number within ``model``; without ``washout_s`` no washout, without ``averaging_begin_s`` the
+       posture averaged over the end of the start-up, without ``start_std_rad`` no deviation of
+       its own there
+2      all fields required, no others; ``sha256`` over the content
+====== =========================================================================================
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from narx.inference.checkpoint_archive import digest
+
+FORMAT = 2
+
+
+def sealed(content: dict[str, Any]) -> dict[str, Any]:
+    """Add number of the format and checksum.
+
+    Parameters
+    ----------
+    content : dict
+        A checkpoint's fields.
+
+    Returns
+    -------
+    dict
+        For the file.
+    """
+    numbered = {"format": FORMAT, **content}
+    return {**numbered, "sha256": digest(numbered)}
+
+
+def opened(content: dict[str, Any]) -> dict[str, Any]:
+    """Check number and checksum, and bring an older content to the present format.
+
+    Parameters
+    ----------
+    content : dict
+        From a file.
+
+    Returns
+    -------
+    dict
+        A checkpoint's fields.
+
+    Raises
+    ------
+    ValueError
+        If the format is unknown or the checksum wrong.
+    """
+    content = dict(content)
+    number = content.pop("format", None)
+    if number is None and isinstance(content.get("model"), dict):
+        content["model"] = dict(content["model"])
+        number = content["model"].pop("format", None)
+    elif number == FORMAT:
+        expected = content.pop("sha256", None)
+        if digest({"format": number, **content}) != expected:
+            raise ValueError("its content does not fit its checksum")
+    if number not in (*_TO_NEXT, FORMAT) or isinstance(number, bool):
+        raise ValueError(f"its format is {number!r}, expected {FORMAT} or an older one")
+    for older in range(number, FORMAT):
+        content = _TO_NEXT[older](content)
+    return content
+
+
+def _from_1(content: dict[str, Any]) -> dict[str, Any]:
+    start_up = dict(content["start_up"])
+    # before there was a choice it was averaged at the end
+    start_up.setdefault("averaging_begin_s", start_up["duration_s"] - start_up["averaging_s"])
+    return {"start_std_rad": None, "washout_s": None, **content, "start_up": start_up}
+
+
+_TO_NEXT: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {1: _from_1}
