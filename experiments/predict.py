@@ -77,7 +77,7 @@ def _predict(cfg: DictConfig) -> None:
         raise UserError(f"output: '{target}' cannot be written: {error.strerror}") from error
     print(*prediction.notes, sep="\n")
     n_angles = int(np.isfinite(prediction.angles_rad).all(axis=1).sum())
-    print(f"{target}: {n_angles} of {recording.n_samples} samples with angles")
+    print(f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles")
 
 
 main = command("predict", keeps_run=False)(_predict)

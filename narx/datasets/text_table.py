@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from narx.errors import RecordingError
+from narx.recordings.input_file import regular_file
 from narx.types import FloatArray
 
 
@@ -89,32 +90,6 @@ def read_numbers(
     return numbers
 
 
-def read_header(path: Path, *, separator: str = ",") -> list[str]:
-    """Read the column names in the first line of a text file.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        File to read.
-    separator : str
-        Regular expression between names.
-
-    Returns
-    -------
-    list of str
-        The names without surrounding blanks.
-
-    Raises
-    ------
-    RecordingError
-        If the file is missing, empty or not text.
-    """
-    lines = _lines(path, None, terminated=False)
-    if not lines:
-        raise RecordingError(f"{path}: empty, expected a header line")
-    return [name.strip() for name in re.split(separator, lines[0][1])]
-
-
 def _number(cell: str, missing_allowed: bool) -> float:
     """Return the number in a cell, infinite where there is none."""
     try:
@@ -127,9 +102,7 @@ def _number(cell: str, missing_allowed: bool) -> float:
 def _lines(path: Path, comment: str | None, terminated: bool) -> list[tuple[int, str]]:
     """Return the numbered lines that hold something."""
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: no such file") from None
+        text = regular_file(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise RecordingError(f"{path}: cannot be read as text ({error})") from None
     if terminated and text and not text.endswith("\n"):

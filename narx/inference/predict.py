@@ -10,14 +10,17 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import calibrate
-from narx.calibration.static_bias import quietest_window
 from narx.errors import RecordingError, UserError
+from narx.inference.bias import check_known_start, remove_static_bias
 from narx.inference.clocks import ClockConversion
 from narx.inference.narx_method import NarxMethod
 from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.segment_angles import clinical_rates
 from narx.method import SegmentSignals
+from narx.recordings.consistency import contradiction, fit_rotation
+from narx.recordings.plausibility import admit, check_gravity
 from narx.recordings.rest import first_rest_s
+from narx.recordings.stamps import checked_rate_hz
 from narx.recordings.trial import ImuRecording, Trial
 from narx.types import BoolArray, FloatArray
 
@@ -26,12 +29,9 @@ Side = Literal["right", "left"]
 StartPose = Literal["known", "unknown"]
 
 # a few lost samples are interpolated across, a lost part of a stride is not
-MAX_GAP_S = 0.05
-# a person who stands still sways less, and no gyroscope of today is off by more
-_MAX_UNREST_RAD_S = np.radians(2.0)
-_MAX_BIAS_RAD_S = np.radians(10.0)
-# windows that are looked for, the longer ones first: they average more noise and sway out
-_STILL_S = (5.0, 2.0, 1.0)
+MAX_GAP_S = 0.1
+# rate, bias and frame are noted for every recording, anything after them is out of the ordinary
+_USUAL_NOTES = 3
 # enough for the direction of gravity
 _MIN_STANDING_S = 0.5
 
@@ -114,27 +114,36 @@ def predict(
 
     Notes
     -----
-    The recording is brought to a uniform clock at its own median rate and the angles back to its
-    sampling times, both by cubic splines. Gaps of up to 50 ms are interpolated across; in longer
-    ones the network pauses, and the angles go on from where they were.
+    The recording first passes the door (`narx.recordings.plausibility`): stamps become sampling
+    times, faults become missing samples, and what cannot be the motion of a leg is refused. It is
+    then brought to a uniform clock at its own median rate and the angles back to its sampling
+    times, both by cubic splines. Gaps of up to 100 ms are interpolated across; in longer ones the
+    network pauses, and the angles go on from where they were.
     """
     _check("frame", frame, Frame)
     _check("side", side, Side)
     _check("start_pose", start_pose, StartPose)
+    recording = admit(recording, where)
     conversion = ClockConversion(recording.time_s, MAX_GAP_S, where)
     rate_hz = conversion.sampling_rate_hz
-    bias, bias_note = _bias(recording, remove_bias, still_s, where)
+    bias, bias_note = remove_static_bias(recording, remove_bias, still_s, where)
     corrected = recording.gyroscope_rad_s - (0.0 if bias is None else bias)
     gyroscope = conversion.to_clock(corrected)
     if not np.isfinite(gyroscope).any():
         raise RecordingError(f"{where}: no two gyroscope samples within {MAX_GAP_S:g} s")
+    if start_pose == "known":
+        check_known_start(recording.time_s, corrected, where)
+    more = [*recording.notes, *_gap_notes(recording)]
     has_accelerometer = bool(np.isfinite(recording.accelerometer_m_s2).all(axis=1).any())
+    if has_accelerometer:
+        force = conversion.to_clock(recording.accelerometer_m_s2)
+        more += _consistency(gyroscope, force, rate_hz, frame, where)
     if frame == "auto":
         frame = "walking" if has_accelerometer else "anatomical"
     if frame == "anatomical":
         frame_note = "frame anatomical: axes taken as x forward, y left, z up"
     elif has_accelerometer:
-        force = conversion.to_clock(recording.accelerometer_m_s2)
+        check_gravity(force, where)
         imu = ImuRecording(f"leg_{side}", conversion.clock_s, gyroscope, force)
         to_anatomical, frame_note = _sensor_to_anatomical(imu, rate_hz, frame, start_pose, where)
         gyroscope = to_anatomical.apply(gyroscope)
@@ -157,12 +166,13 @@ def predict(
         # a spline swings beyond a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)
+    more += _start_up_note(method, signals)
     return Prediction(
         recording.time_s,
         conversion.to_samples(method.estimate(signals), there),
         std,
         bias,
-        (f"{rate_hz:g} Hz", bias_note, frame_note),
+        (f"{rate_hz:g} Hz", bias_note, frame_note, *more),
     )
 
 
@@ -225,8 +235,7 @@ def angles_from_gyroscope(
     --------
     >>> angles_deg = np.degrees(angles_from_gyroscope(gyroscope_rad_s, 100.0))  # doctest: +SKIP
     """
-    if not (np.isfinite(sampling_rate_hz) and sampling_rate_hz > 0):
-        raise UserError(f"sampling_rate_hz is {sampling_rate_hz}, expected a positive number")
+    sampling_rate_hz = checked_rate_hz(sampling_rate_hz, "sampling_rate_hz")
     gyroscope = np.asarray(gyroscope_rad_s, dtype=np.float64)
     force = (
         np.full(gyroscope.shape, np.nan)
@@ -242,8 +251,10 @@ def angles_from_gyroscope(
         remove_bias=remove_bias,
         still_s=still_s,
     )
-    if remove_bias and prediction.bias_rad_s is None:
-        warnings.warn(prediction.notes[1], UserWarning, stacklevel=2)
+    doubts = [prediction.notes[1]] if remove_bias and prediction.bias_rad_s is None else []
+    doubts += prediction.notes[_USUAL_NOTES:]
+    if doubts:
+        warnings.warn("; ".join(doubts), UserWarning, stacklevel=2)
     return prediction.angles_rad
 
 
@@ -252,42 +263,52 @@ def _check(name: str, value: object, choices: object) -> None:
         raise UserError(f"{name} is '{value}', expected one of {', '.join(get_args(choices))}")
 
 
-def _bias(
-    recording: ImuRecording, remove: bool, still_s: tuple[float, float] | None, where: str
-) -> tuple[FloatArray | None, str]:
-    if not remove:
-        return None, "static bias left in, as asked for"
-    if still_s is not None:
-        begin, end = still_s
-        inside = (recording.time_s >= begin) & (recording.time_s <= end)
-        rate = recording.gyroscope_rad_s[inside]
-        rate = rate[np.isfinite(rate).all(axis=1)]
-        if not len(rate):
-            raise RecordingError(
-                f"{where}: no gyroscope sample in still_s {begin:g}-{end:g} s; the recording "
-                f"lasts from {recording.time_s[0]:g} to {recording.time_s[-1]:g} s"
-            )
-        # all of it: what was said to be still is not searched again
-        return _removed(rate.mean(axis=0), f"{begin:g}-{end:g} s")
-    for window_s in _STILL_S:
-        part = quietest_window(
-            recording.gyroscope_rad_s, recording.sampling_rate_hz, where, window_s
+def _consistency(
+    gyroscope: FloatArray, force: FloatArray, rate_hz: float, frame: Frame, where: str
+) -> list[str]:
+    """Hold gyroscope against accelerometer: a leg is refused, anything else may translate."""
+    fit = fit_rotation(gyroscope, force, rate_hz)
+    wrong = None if fit is None else contradiction(fit)
+    if wrong is None:
+        return []
+    if frame == "sensor":
+        return [f"{wrong}; or the sensor is moved about more than it is turned"]
+    raise RecordingError(f"{where}: {wrong}; expected both sensors in one right-handed frame")
+
+
+def _gap_notes(recording: ImuRecording) -> list[str]:
+    there = np.isfinite(recording.gyroscope_rad_s).all(axis=1)
+    time = recording.time_s[there]
+    if len(time) < 2:
+        return []
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    limit_s = max(MAX_GAP_S, 1.5 * usual)
+    long, short = steps > limit_s, (steps > 1.5 * usual) & (steps <= limit_s)
+    notes = []
+    if short.any():
+        notes.append(f"{_gaps(short)} of up to {steps[short].max():.3g} s interpolated across")
+    if long.any():
+        notes.append(
+            f"{_gaps(long)} longer than {limit_s:g} s (together {steps[long].sum():.3g} s, the "
+            f"longest {steps[long].max():.3g} s): the network pauses there, what was turned in "
+            "them is lost, and the angles after them settle anew"
         )
-        if (
-            part is not None
-            and part.unrest_rad_s < _MAX_UNREST_RAD_S
-            and np.linalg.norm(part.bias_rad_s) < _MAX_BIAS_RAD_S
-        ):
-            return _removed(part.bias_rad_s, f"the quietest {window_s:g} s")
-    return None, (
-        f"{where}: static bias left in, no {_STILL_S[-1]:g} s without movement to take it from; "
-        "give still_s, or remove_bias=False if it is off already"
-    )
+    return notes
 
 
-def _removed(bias_rad_s: FloatArray, source: str) -> tuple[FloatArray, str]:
-    shown = np.degrees(bias_rad_s).round(3).tolist()
-    return bias_rad_s, f"static bias {shown} deg/s from {source} removed"
+def _gaps(flags: BoolArray) -> str:
+    return f"{flags.sum()} gap{'' if flags.sum() == 1 else 's'}"
+
+
+def _start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
+    there = np.isfinite(signals.axis_rates_rad_s).all(axis=1)
+    if not there.any() or not method.starting(signals)[there].all():
+        return []
+    return [
+        f"the network takes over after {method.start_up.duration_s:g} s of movement, which this "
+        "recording does not have: all angles are the start-up's"
+    ]
 
 
 def _sensor_to_anatomical(

@@ -12,6 +12,8 @@ from narx.types import FloatArray
 # pass band as a part of the new Nyquist frequency, and attenuation beyond it
 _PASS_BAND = 0.8
 _STOP_BAND_DB = 60.0
+# a day at 500 Hz; a gap of months must not fill the memory
+MAX_CLOCK_SAMPLES = 5e7
 
 
 def uniform_clock(start_s: float, stop_s: float, sampling_rate_hz: float) -> FloatArray:
@@ -32,10 +34,16 @@ def uniform_clock(start_s: float, stop_s: float, sampling_rate_hz: float) -> Flo
     Raises
     ------
     RecordingError
-        If fewer than two samples fit.
+        If fewer than two samples fit, or more than a day at 500 Hz.
     """
     first = int(np.ceil(start_s * sampling_rate_hz - 1e-6))
     last = int(np.floor(stop_s * sampling_rate_hz + 1e-6))
+    if last - first > MAX_CLOCK_SAMPLES:
+        raise RecordingError(
+            f"from {start_s:.6g} s to {stop_s:.6g} s there are {last - first:.3g} samples at "
+            f"{sampling_rate_hz:g} Hz, expected {MAX_CLOCK_SAMPLES:.0g} at most; is there a "
+            "gap, or another unit of time?"
+        )
     if last <= first:
         raise RecordingError(
             f"no common time: from {start_s:.3f} s to {stop_s:.3f} s there are not two samples "

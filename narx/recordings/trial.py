@@ -72,6 +72,8 @@ class ImuRecording:
         Angular rate in rad/s; NaN where missing.
     accelerometer_m_s2 : ndarray, shape (N, 3)
         Specific force in m/s^2 (at rest it points up); NaN where missing.
+    notes : tuple of str
+        What was done to it on the way in, for people.
 
     Raises
     ------
@@ -83,6 +85,7 @@ class ImuRecording:
     time_s: FloatArray
     gyroscope_rad_s: FloatArray
     accelerometer_m_s2: FloatArray
+    notes: tuple[str, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         where = f"IMU '{self.segment}'"

@@ -232,7 +232,7 @@ def test_what_a_recording_lacks_is_said(walk, motion):
     with pytest.raises(RecordingError, match=r"^w: frame=walking needs an accelerometer"):
         predict(no_force, NETWORK, frame="walking", where="w")
     nothing = replace(recording, gyroscope_rad_s=np.full((recording.n_samples, 3), np.nan))
-    with pytest.raises(RecordingError, match=r"^w: no two gyroscope samples within 0\.05 s"):
+    with pytest.raises(RecordingError, match=r"^w: no two gyroscope samples"):
         predict(nothing, NETWORK, where="w")
     walking = sensor_on(motion("walking"))
     moving = ImuRecording(

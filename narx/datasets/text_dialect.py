@@ -1,0 +1,330 @@
+"""Tables in text files as devices, phones and spreadsheets write them.
+
+Encoding, separator, decimal mark, header, units row and index column are found from the file;
+what is not plain CSV is put into a note. A damaged line is named, not skipped.
+"""
+
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from narx.datasets.units import is_unit
+from narx.errors import RecordingError
+from narx.recordings.input_file import regular_file
+from narx.types import FloatArray
+
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
+_COMMENT = ("#", "%", "//")
+# lines from which the dialect is judged, spread over the file
+_SAMPLE = 60
+_MISSING = frozenset(
+    ("", "na", "n/a", "#n/a", "nan", "-nan", "null", "none", "nil", "<na>", "-", "--", "?", ".",
+     "missing", "#value!", "#num!")
+)  # fmt: skip
+_NUMBER = re.compile(r"[+-]?(\d+([., '\u00a0\u202f]\d+)*[.,]?|[.,]\d+)([eE][+-]?\d+)?")
+_GROUPED = {
+    ".": re.compile(r"[+-]?\d{1,3}([, '\u00a0\u202f]\d{3})+(\.\d*)?"),
+    ",": re.compile(r"[+-]?\d{1,3}([. '\u00a0\u202f]\d{3})+(,\d*)?"),
+}
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """Cells of a text file under their names.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file, for messages.
+    names : tuple of str
+        A name per column; empty for an index column without one.
+    units : tuple of str, or None
+        Units row below the header, where there is one.
+    rows : list of list of str
+        Cells of every data line, as many as there are names.
+    line_numbers : list of int
+        Line of the file that each row stands in, from 1.
+    decimal : {".", ","}
+        Decimal mark.
+    ends_in_line_break : bool
+        Whether the last line is complete.
+    comments : tuple of str
+        Lines of comment or metadata above the header.
+    notes : tuple of str
+        What is not plain CSV, for people.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    units: tuple[str, ...] | None
+    rows: list[list[str]]
+    line_numbers: list[int]
+    decimal: str
+    ends_in_line_break: bool
+    comments: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def cells(self, column: int) -> list[str]:
+        """Return the text of a column.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+
+        Returns
+        -------
+        list of str
+            A cell per row, without surrounding blanks.
+        """
+        return [row[column].strip() for row in self.rows]
+
+    def numbers(self, column: int) -> FloatArray:
+        """Return a column of numbers.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            NaN where a cell is empty or says that it is missing.
+
+        Raises
+        ------
+        RecordingError
+            If a cell is something else than a finite number; names line and column.
+        """
+        cells = self.cells(column)
+        numbers = np.array([_number(cell, self.decimal) for cell in cells])
+        wrong = np.flatnonzero(np.isinf(numbers))
+        if wrong.size:
+            first = int(wrong[0])
+            raise RecordingError(
+                f"{self.path}: line {self.line_numbers[first]}, column {self.names[column]}: "
+                f"found '{cells[first][:40]}', expected a number"
+            )
+        return numbers
+
+
+def read_table(path: Path) -> TextTable:
+    """Read a table with a header line from a text file in any common dialect.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Text in UTF-8, UTF-16 or a Western code page, with or without byte order mark; fields
+        separated by commas, semicolons, tabs, bars or blanks; decimal point or comma, groups of
+        thousands or none; quoted or not. Before the header there may be comment lines and a
+        ``sep=`` line, below it a row of units; lines may begin with an index or end in a separator.
+
+    Returns
+    -------
+    TextTable
+        Names, units and cells.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not text or has no header above a table, or a line does not have as many
+        cells as the others; one line that names file and place.
+    """
+    text, notes = _decoded(regular_file(path))
+    lines = [
+        (number, line)
+        for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1)
+        if line.strip()
+    ]
+    separator = None
+    if lines and (declared := re.match(r'"?sep=(.)', lines[0][1], re.IGNORECASE)):
+        separator = declared[1]
+        lines = lines[1:]
+    comments = [(number, line) for number, line in lines if line.lstrip().startswith(_COMMENT)]
+    lines = [(number, line) for number, line in lines if not line.lstrip().startswith(_COMMENT)]
+    if not lines:
+        raise RecordingError(f"{path}: empty, expected a header line")
+    if separator is None:
+        separator = _separator([line for _, line in lines])
+    rows = _split([line for _, line in lines], separator)
+    width = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)[0][0]
+    begin = next((k for k, row in enumerate(rows) if _is_data(row, width)), len(rows))
+    line_numbers = [number for number, _ in lines[begin:]]
+    if not line_numbers:
+        raise RecordingError(f"{path}: no data lines, expected numbers")
+    header, units = _header(path, rows[:begin], comments, width, separator)
+    body, has_index = _even(path, rows[begin:], line_numbers, len(header))
+    names = ["", *header] if has_index else header
+    decimal = _decimal(body, path)
+    if separator != ",":
+        notes.append(f"fields separated by {_SEPARATORS.get(separator, repr(separator))}")
+    if decimal == ",":
+        notes.append("decimal commas")
+    return TextTable(
+        path,
+        tuple(names),
+        units,
+        body,
+        line_numbers,
+        decimal,
+        text.endswith(("\n", "\r")),
+        tuple(line.strip() for number, line in comments if number < line_numbers[0]),
+        tuple([f"read as text: {', '.join(notes)}"] if notes else []),
+    )
+
+
+def _decoded(path: Path) -> tuple[str, list[str]]:
+    data = path.read_bytes()
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encoding = "utf-16"
+    elif data[1:200:2].count(0) > 40 and not data[0:200:2].count(0):
+        encoding = "utf-16-le"
+    else:
+        encoding = "utf-8-sig"
+    notes = [] if encoding == "utf-8-sig" else ["UTF-16"]
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        if encoding != "utf-8-sig" or re.search(rb"[\x00-\x08\x0e-\x1f]", data):
+            raise RecordingError(f"{path}: cannot be read as text ({error})") from None
+        # a degree sign or a name with an accent in the code page of a Western Windows
+        text, notes = data.decode("cp1252", errors="replace"), ["code page 1252"]
+    if "\0" in text:
+        raise RecordingError(f"{path}: cannot be read as text (a zero byte)")
+    return text, notes
+
+
+def _split(lines: list[str], separator: str) -> list[list[str]]:
+    if separator == " ":
+        return [line.split() for line in lines]
+    # the csv module is told of a line at a time, so that a stray quote does not eat the file
+    quoted = [line.strip(" \r") if '"' in line else None for line in lines]
+    return [
+        line.split(separator)
+        if inside is None
+        else next(csv.reader([inside], delimiter=separator, skipinitialspace=True))
+        for line, inside in zip(lines, quoted, strict=True)
+    ]
+
+
+def _separator(lines: list[str]) -> str:
+    """Choose what splits lines into the same number of cells that hold numbers."""
+    chosen = np.unique(np.linspace(len(lines) // 4, len(lines) - 1, _SAMPLE).astype(int))
+    sample = [lines[k] for k in chosen]
+
+    def quality(separator: str) -> tuple[float, int]:
+        rows = _split(sample, separator)
+        width, count = Counter(map(len, rows)).most_common(1)[0]
+        cells = [cell for row in rows for cell in row if cell.strip()]
+        numbers = sum(_is_number(cell) for cell in cells) / max(1, len(cells))
+        return (round(count / len(rows) * numbers, 2), width) if width > 1 else (0.0, 0)
+
+    return max(_SEPARATORS, key=quality)
+
+
+def _is_number(cell: str) -> bool:
+    return bool(_NUMBER.fullmatch(cell.strip()))
+
+
+def _is_data(row: list[str], width: int) -> bool:
+    if abs(len(row) - width) > 1:
+        return False
+    return any(map(_is_number, row)) or all(cell.strip().lower() in _MISSING for cell in row)
+
+
+def _header(
+    path: Path,
+    above: list[list[str]],
+    comments: list[tuple[int, str]],
+    width: int,
+    separator: str,
+) -> tuple[list[str], tuple[str, ...] | None]:
+    """Find the names, and the row of units below them."""
+    # one name fewer where the first column is an index, or where lines end in a separator
+    fitting = [_cut(row, width) for row in above]
+    fitting = [row for row in fitting if width - 1 <= len(row) <= width]
+    units = None
+    if len(fitting) > 1 and all(is_unit(cell) for cell in fitting[-1]):
+        units = tuple(cell.strip() for cell in fitting[-1])
+        fitting = fitting[:-1]
+    if not fitting:
+        # numpy and Matlab put the header behind a comment sign
+        bare = [line.lstrip("#%/ \t") for _, line in comments]
+        fitting = [row for row in _split(bare, separator) if len(row) == width]
+    if not fitting:
+        found = separator.join(above[-1])[:80] if above else "numbers"
+        halves = bool(above) and len(above[-1]) == width / 2
+        raise RecordingError(
+            f"{path}: no header line with {width} names above the numbers; found {found}"
+            + (f"; are both fields and decimals separated by '{separator}'?" if halves else "")
+        )
+    return [cell.strip().strip('"').strip() for cell in fitting[-1]], units
+
+
+def _cut(row: list[str], width: int) -> list[str]:
+    """Take off empty cells beyond a width, which separators at the end of a line make."""
+    while len(row) > width and not row[-1].strip():
+        row = row[:-1]
+    return row
+
+
+def _even(
+    path: Path, rows: list[list[str]], line_numbers: list[int], n_names: int
+) -> tuple[list[list[str]], bool]:
+    """Make all rows as wide as the header; tell whether an index stands in front of them."""
+    longer = sum(any(cell.strip() for cell in row[n_names:]) for row in rows)
+    has_index = longer > len(rows) // 2
+    width = n_names + has_index
+    even = [_cut(row, width) for row in rows]
+    for row, line in zip(even, line_numbers, strict=True):
+        if len(row) != width:
+            hint = "cut off?" if len(row) < width else "decimals separated as fields are?"
+            raise RecordingError(
+                f"{path}: line {line} has {len(row)} values, expected {width} ({hint})"
+            )
+    return even, has_index
+
+
+def _decimal(rows: list[list[str]], path: Path) -> str:
+    points = commas = 0
+    for row in rows[:: max(1, len(rows) // 1000)]:
+        for cell in row:
+            if _is_number(cell):
+                point, comma = cell.rfind("."), cell.rfind(",")
+                grouped = cell.count(",") > 1 or cell.count(".") > 1
+                if point >= 0 and comma >= 0:
+                    return "." if point > comma else ","
+                points += point >= 0 and not grouped
+                commas += comma >= 0 and not grouped
+    if points and commas:
+        grouped_commas = all(
+            _GROUPED["."].fullmatch(cell.strip())
+            for row in rows
+            for cell in row
+            if "," in cell and _is_number(cell)
+        )
+        if not grouped_commas:
+            raise RecordingError(f"{path}: numbers with decimal points and with decimal commas")
+        return "."
+    return "," if commas else "."
+
+
+def _number(cell: str, decimal: str) -> float:
+    """Return the number in a cell, NaN where it is missing, infinite where it is no number."""
+    try:
+        # a point among decimal commas, and what only Python takes for a number
+        if "_" in cell or (decimal == "," and "." in cell):
+            raise ValueError
+        return float(cell.replace(decimal, "."))
+    except ValueError:
+        if cell.lower() in _MISSING:
+            return np.nan
+        if _GROUPED[decimal].fullmatch(cell):
+            whole, _, part = cell.partition(decimal)
+            return float(f"{re.sub(r'[^0-9+-]', '', whole)}.{part or '0'}")
+        return np.inf

@@ -1,0 +1,89 @@
+"""Units as files write them, and what turns a number into SI."""
+
+from typing import Literal
+
+import numpy as np
+
+from narx.recordings.trial import GRAVITY_M_S2
+
+Quantity = Literal["time", "gyroscope", "accelerometer"]
+
+# the first spelling of a unit is the one that this package's own column names end in
+_SPELLINGS: dict[Quantity, dict[float, tuple[str, ...]]] = {
+    "time": {
+        1.0: ("s", "sec", "secs", "second", "seconds"),
+        1e-3: ("ms", "msec", "millisecond", "milliseconds"),
+        1e-6: ("us", "µs", "μs", "usec", "microsecond", "microseconds"),
+        1e-9: ("ns", "nsec", "nanosecond", "nanoseconds"),
+    },
+    "gyroscope": {
+        1.0: ("rad_s", "rad/s", "rad/sec", "rads", "radian/s", "radians/s", "rad s-1", "rad*s-1"),
+        np.pi / 180.0: (
+            "deg_s", "deg/s", "deg/sec", "dps", "°/s", "º/s", "degree/s", "degrees/s",
+            "deg s-1", "deg*s-1", "°/sec",
+        ),
+        np.pi / 180e3: ("mdps", "mdeg/s", "mdeg_s"),
+    },
+    "accelerometer": {
+        1.0: ("m_s2", "m/s^2", "m/s2", "m/s²", "m/s/s", "m/(s^2)", "m/(s2)", "ms-2", "m s-2",
+              "m*s-2", "m/sec^2", "m/sec2"),
+        GRAVITY_M_S2: ("g", "gs"),
+        1e-3 * GRAVITY_M_S2: ("mg", "mgs"),
+    },
+}  # fmt: skip
+
+
+def factor_to_si(quantity: Quantity, unit: str) -> float | None:
+    """Look up the factor from a unit to SI.
+
+    Parameters
+    ----------
+    quantity : {"time", "gyroscope", "accelerometer"}
+        What was measured.
+    unit : str
+        As a header or a table of channels writes it, with or without brackets around it.
+
+    Returns
+    -------
+    float or None
+        To s, rad/s or m/s^2; None for an unknown unit.
+    """
+    bare = unit.strip().strip("[]()").strip().casefold()
+    for factor, spellings in _SPELLINGS[quantity].items():
+        if bare in spellings:
+            return factor
+    return None
+
+
+def unit_names(quantity: Quantity) -> list[str]:
+    """List the units of a quantity, one spelling each, for messages.
+
+    Parameters
+    ----------
+    quantity : {"time", "gyroscope", "accelerometer"}
+        What was measured.
+
+    Returns
+    -------
+    list of str
+        As this package's own column names end.
+    """
+    return [spellings[0] for spellings in _SPELLINGS[quantity].values()]
+
+
+def is_unit(text: str) -> bool:
+    """Tell whether a cell holds a unit and not a name or a value.
+
+    Parameters
+    ----------
+    text : str
+        Cell of a table.
+
+    Returns
+    -------
+    bool
+        True for a unit of any quantity, and for ``-`` or nothing where there is none.
+    """
+    if text.strip().strip("[]()").strip() in ("", "-", "1", "n/a"):
+        return True
+    return any(factor_to_si(quantity, text) is not None for quantity in _SPELLINGS)

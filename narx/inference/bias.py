@@ -1,0 +1,129 @@
+"""The gyroscope's static bias in a user's recording, and what the user promises about rest."""
+
+import numpy as np
+
+from narx.calibration.static_bias import quietest_window
+from narx.errors import RecordingError
+from narx.recordings.rest import REST_RAD_S
+from narx.recordings.trial import ImuRecording
+from narx.types import FloatArray
+
+# a person who stands still sways less, and no gyroscope of today is off by more
+_MAX_UNREST_RAD_S = np.radians(2.0)
+_MAX_BIAS_RAD_S = np.radians(10.0)
+# what is said to be still may sway more, but does not walk
+_MAX_PROMISED_UNREST_RAD_S = np.radians(5.0)
+# windows that are looked for, the longer ones first: they average more noise and sway out
+_STILL_S = (5.0, 2.0, 1.0)
+# who stands at the first sample does not swing a leg over this time
+_FIRST_S = 0.2
+_MAX_FIRST_RAD_S = 2 * REST_RAD_S
+
+
+def remove_static_bias(
+    recording: ImuRecording, remove: bool, still_s: tuple[float, float] | None, where: str
+) -> tuple[FloatArray | None, str]:
+    """Find the bias that is to be taken off.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        The sensor.
+    remove : bool
+        Whether a bias is looked for at all.
+    still_s : tuple of (float, float), optional
+        Part that the user says was at rest, s; None looks for the quietest one.
+    where : str
+        Name of the recording, for messages.
+
+    Returns
+    -------
+    bias_rad_s : ndarray, shape (3,), or None
+        Mean rate at rest, rad/s; None leaves the bias in.
+    note : str
+        Where it is from, for people.
+
+    Raises
+    ------
+    RecordingError
+        If the part has no sample, or the sensor moves in it.
+    """
+    if not remove:
+        return None, "static bias left in, as asked for"
+    if still_s is not None:
+        return _removed(_promised(recording, *still_s, where), f"{still_s[0]:g}-{still_s[1]:g} s")
+    for window_s in _STILL_S:
+        part = quietest_window(
+            recording.gyroscope_rad_s, recording.sampling_rate_hz, where, window_s
+        )
+        if (
+            part is not None
+            and part.unrest_rad_s < _MAX_UNREST_RAD_S
+            and np.linalg.norm(part.bias_rad_s) < _MAX_BIAS_RAD_S
+        ):
+            return _removed(part.bias_rad_s, f"the quietest {window_s:g} s")
+    return None, (
+        f"{where}: static bias left in, no {_STILL_S[-1]:g} s without movement to take it from; "
+        "give still_s, or remove_bias=False if it is off already"
+    )
+
+
+def _removed(bias_rad_s: FloatArray, source: str) -> tuple[FloatArray, str]:
+    shown = np.degrees(bias_rad_s).round(3).tolist()
+    return bias_rad_s, f"static bias {shown} deg/s from {source} removed"
+
+
+def check_known_start(time_s: FloatArray, gyroscope_rad_s: FloatArray, where: str) -> None:
+    """Refuse a start that is called known although the recording does not show it.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Sampling times, s.
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Without bias, rad/s; NaN where missing.
+    where : str
+        Name of the recording, for messages.
+
+    Raises
+    ------
+    RecordingError
+        If the first samples are missing, or the sensor swings in them.
+    """
+    there = np.isfinite(gyroscope_rad_s).all(axis=1)
+    first_s = float(time_s[np.argmax(there)])
+    interval_s = float(np.median(np.diff(time_s)))
+    if first_s - time_s[0] > max(_FIRST_S / 2, 1.5 * interval_s):
+        raise RecordingError(
+            f"{where}: start_pose=known, but the gyroscope's first {first_s - time_s[0]:.2f} s are "
+            "missing; expected upright standing at the first sample"
+        )
+    first = gyroscope_rad_s[there & (time_s <= first_s + _FIRST_S)]
+    speed = float(np.linalg.norm(first.mean(axis=0)))
+    if speed > _MAX_FIRST_RAD_S:
+        raise RecordingError(
+            f"{where}: start_pose=known, but the sensor turns by {np.degrees(speed):.0f} deg/s in "
+            f"the first {_FIRST_S:g} s; expected upright standing at the first sample"
+        )
+
+
+def _promised(recording: ImuRecording, begin: float, end: float, where: str) -> FloatArray:
+    """Average all of a part: what was said to be still is not searched again."""
+    inside = (recording.time_s >= begin) & (recording.time_s <= end)
+    rate = recording.gyroscope_rad_s[inside]
+    rate = rate[np.isfinite(rate).all(axis=1)]
+    if not len(rate):
+        raise RecordingError(
+            f"{where}: no gyroscope sample in still_s {begin:g}-{end:g} s; the recording "
+            f"lasts from {recording.time_s[0]:g} to {recording.time_s[-1]:g} s"
+        )
+    unrest = float(np.sqrt(rate.var(axis=0).sum()))
+    mean = float(np.linalg.norm(rate.mean(axis=0)))
+    if unrest > _MAX_PROMISED_UNREST_RAD_S or mean > _MAX_BIAS_RAD_S:
+        raise RecordingError(
+            f"{where}: still_s {begin:g}-{end:g} s is no rest: the gyroscope varies by "
+            f"{np.degrees(unrest):.1f} deg/s about a mean of {np.degrees(mean):.1f} deg/s, "
+            f"expected less than {np.degrees(_MAX_PROMISED_UNREST_RAD_S):.0f} and "
+            f"{np.degrees(_MAX_BIAS_RAD_S):.0f}"
+        )
+    return np.asarray(rate.mean(axis=0))

@@ -1,0 +1,176 @@
+"""Do gyroscope and accelerometer tell of the same rotation?
+
+Specific force that only turns obeys df/dt = -w x f in the sensor frame. A person accelerates as
+well, so the relation holds loosely in walking: at 1.5 Hz and below the slope of df/dt on -w x f is
+0.35 to 0.9 on ten recorded thighs and shanks. That is enough to tell a unit (a factor of 57) or a
+mirrored frame; where the relation holds closely, each axis and the scale are checked as well.
+"""
+
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import butter, sosfiltfilt
+
+from narx.types import BoolArray, FloatArray
+
+_LOW_PASS_HZ = 1.5
+_MOVING_RAD_S = 0.35
+_MIN_MOVING_S = 3.0
+# slopes of unit errors lie beyond these, those of recorded walks far within
+_SLOPES = (0.08, 5.0)
+_MIN_CORRELATION = 0.25
+# the relation holds closely: the scale must fit and no axis be reversed
+_CLOSE_R2 = 0.8
+_SCALES = (0.7, 1.4)
+_REVERSED, _REVERSED_T = -0.3, -8.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Least-squares fit of df/dt on -w x f over the moving part.
+
+    Parameters
+    ----------
+    slope, correlation : float
+        Of all axes together.
+    axes : ndarray, shape (3,)
+        Slope of each gyroscope axis, fitted together.
+    t : ndarray, shape (3,)
+        These over their standard errors, with the filter's degrees of freedom.
+    r2 : float
+        Share of the variance that the three slopes explain.
+    order : str
+        Order of the gyroscope's axes that explains most: ``xyz`` unless some are exchanged.
+    r2_of_order : float
+        Share that it explains.
+    """
+
+    slope: float
+    correlation: float
+    axes: FloatArray
+    t: FloatArray
+    r2: float
+    order: str
+    r2_of_order: float
+
+
+def fit_rotation(
+    gyroscope_rad_s: FloatArray, accelerometer_m_s2: FloatArray, sampling_rate_hz: float
+) -> Fit | None:
+    """Hold the gyroscope against what the accelerometer shows of rotation.
+
+    Parameters
+    ----------
+    gyroscope_rad_s, accelerometer_m_s2 : ndarray, shape (N, 3)
+        On one uniform clock, sensor frame, gyroscope without bias; rows with NaN are left out.
+    sampling_rate_hz : float
+        Samples per second.
+
+    Returns
+    -------
+    Fit or None
+        None with less than three seconds of movement.
+    """
+    there = np.isfinite(gyroscope_rad_s).all(axis=1) & np.isfinite(accelerometer_m_s2).all(axis=1)
+    rate, force = gyroscope_rad_s[there], accelerometer_m_s2[there]
+    if len(rate) < _MIN_MOVING_S * sampling_rate_hz or sampling_rate_hz <= 4 * _LOW_PASS_HZ:
+        return None
+    low_pass = butter(2, _LOW_PASS_HZ, fs=sampling_rate_hz, output="sos")
+    slow_force = sosfiltfilt(low_pass, force, axis=0)
+    slow_rate = sosfiltfilt(low_pass, rate, axis=0)
+    change = np.gradient(slow_force, axis=0) * sampling_rate_hz
+    # movement by either sensor: the gyroscope's own unit is in question
+    turning = np.sqrt((slow_rate**2).sum(axis=1))
+    shaking = np.sqrt((change**2).sum(axis=1)) / max(
+        1e-9, float(np.median(np.linalg.norm(force, axis=1)))
+    )
+    window = max(1, round(sampling_rate_hz))
+    moving = np.maximum(uniform_filter1d(turning, window), uniform_filter1d(shaking, window))
+    moving = moving > _MOVING_RAD_S
+    if moving.sum() < _MIN_MOVING_S * sampling_rate_hz or not np.any(slow_rate[moving]):
+        return None
+    y = change[moving].ravel()
+    x = _explained_by(slow_rate, slow_force, moving)
+    together = x.sum(axis=1)
+    power = float(together @ together)
+    normal = x.T @ x
+    if power == 0 or not np.any(y) or np.linalg.cond(normal) > 1e12:
+        return None
+    axes = np.linalg.solve(normal, x.T @ y)
+    residual = y - x @ axes
+    freedom = 2 * _LOW_PASS_HZ * 3 * moving.sum() / sampling_rate_hz
+    variance = max(residual.var(), 1e-12 * y.var()) * len(y) / freedom
+    orders = {}
+    for order in permutations(range(3)):
+        exchanged = _explained_by(slow_rate[:, order], slow_force, moving)
+        left = y - exchanged @ np.linalg.lstsq(exchanged, y)[0]
+        orders["".join("xyz"[k] for k in order)] = float(1.0 - left.var() / y.var())
+    best = max(orders, key=lambda order: orders[order])
+    return Fit(
+        float(together @ y) / power,
+        float(together @ y) / float(np.sqrt(power * (y @ y))),
+        axes,
+        axes / np.sqrt(variance * np.diag(np.linalg.inv(normal))),
+        float(1.0 - residual.var() / y.var()),
+        best,
+        orders[best],
+    )
+
+
+def _explained_by(rate: FloatArray, force: FloatArray, moving: BoolArray) -> FloatArray:
+    """Change of the specific force by each axis of the gyroscope, a column an axis."""
+    return np.stack(
+        [-np.cross(rate * np.eye(3)[k], force)[moving].ravel() for k in range(3)], axis=1
+    )
+
+
+def contradiction(fit: Fit) -> str | None:
+    """Say what of a gyroscope contradicts its accelerometer.
+
+    Parameters
+    ----------
+    fit : Fit
+        From `fit_rotation`.
+
+    Returns
+    -------
+    str or None
+        What is wrong and what it looks like; None where nothing is.
+    """
+    if fit.r2_of_order > _CLOSE_R2 and fit.r2 < 0.5 * fit.r2_of_order:
+        return (
+            f"the accelerometer fits the gyroscope's axes in the order {fit.order}: columns are "
+            "exchanged"
+        )
+    related = abs(fit.correlation) >= _MIN_CORRELATION
+    if related and not _SLOPES[0] < abs(fit.slope) < _SLOPES[1]:
+        factor = 1.0 / abs(fit.slope)
+        guess = ""
+        if 20 < factor < 200:
+            guess = "; deg/s in a column of rad/s?"
+        elif 1 / 200 < factor < 1 / 20:
+            guess = "; rad/s in a column of deg/s?"
+        return f"the gyroscope turns {factor:.3g} times as fast as the accelerometer shows{guess}"
+    if fit.correlation <= -_MIN_CORRELATION:
+        return (
+            "the gyroscope turns the other way than the accelerometer shows (slope "
+            f"{fit.slope:.2f}): a mirrored frame, or the sign of the gyroscope"
+        )
+    reversed_axes = [
+        name
+        for name, slope, t in zip("xyz", fit.axes, fit.t, strict=True)
+        if slope < _REVERSED and t < _REVERSED_T
+    ]
+    if reversed_axes:
+        return (
+            f"gyroscope {' and '.join(reversed_axes)} turns the other way than the accelerometer "
+            "shows: a mirrored axis, or its sign"
+        )
+    if fit.r2 > _CLOSE_R2 and not _SCALES[0] < fit.slope < _SCALES[1]:
+        return (
+            f"the gyroscope turns {1 / fit.slope:.2g} times as fast as the accelerometer shows: "
+            "its scale is wrong"
+        )
+    return None

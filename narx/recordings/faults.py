@@ -1,0 +1,219 @@
+"""Samples that a sensor, a radio link or a logger made up: found, taken out, and reported.
+
+Each detector looks at one kind of fault. What it finds is missing from then on (NaN); clipping is
+only reported, since the samples around it are real.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from narx.types import BoolArray, FloatArray
+
+# the widest range of a gyroscope is 4000 deg/s
+IMPOSSIBLE_RAD_S = np.radians(4500.0)
+# a sensor that turns faster than this does not give one and the same value twice
+_MOVING_RAD_S = np.radians(12.0)
+_HELD_ROWS, _HELD_S = 3, 0.03
+# values repeated as often as this come from a slower sensor than the file's clock
+_SLOWER_SHARE = 0.3
+_STUCK_S = 0.25
+_STUCK_OTHERS_RAD_S = np.radians(15.0)
+# nothing comes to rest from here within a sample
+_JUMP_RAD_S = np.radians(20.0)
+# a spike turns the integral by more than this at once, and stands out from all other samples
+_SPIKE_RAD = np.radians(2.0)
+_SPIKE_RATIO = 8.0
+_CLIPPED_SHARE = 0.002
+_CLIPPED_RAD_S = np.radians(20.0)
+
+Detector = Callable[[FloatArray, FloatArray], tuple[BoolArray, str]]
+
+
+def without_faults(
+    time_s: FloatArray, gyroscope_rad_s: FloatArray
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Take out of a gyroscope's recording what it did not measure.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Sampling times, s.
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Angular rate, rad/s; NaN where missing.
+
+    Returns
+    -------
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        NaN instead of rates beyond any sensor, zeros amid movement, values held or stuck, and
+        single spikes.
+    notes : tuple of str
+        How many of each and where the first is; and what share was cut off by the range.
+    """
+    rate = gyroscope_rad_s
+    notes = []
+    for detector in (_impossible, _zeros, _held, _stuck, _spikes):
+        wrong, what = detector(time_s, rate)
+        if wrong.any():
+            first = int(np.flatnonzero(wrong)[0])
+            count = int(wrong.sum())
+            notes.append(
+                f"{count} {'sample' if count == 1 else 'samples'} {what} taken as missing, the "
+                f"first at {time_s[first]:g} s"
+            )
+            rate = np.where(wrong[:, None], np.nan, rate)
+    notes += _clipping(rate)
+    return rate, tuple(notes)
+
+
+def repeated_share(gyroscope_rad_s: FloatArray) -> float:
+    """Tell what share of the samples in movement repeats the one before.
+
+    Parameters
+    ----------
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Angular rate, rad/s.
+
+    Returns
+    -------
+    float
+        Between 0 and 1; 0 where nothing moves.
+    """
+    moving = _moving(gyroscope_rad_s)
+    repeats = _repeats(gyroscope_rad_s) & moving
+    return float(repeats.sum() / max(1, moving.sum())) if moving.any() else 0.0
+
+
+def repeats_of_a_slower_sensor(gyroscope_rad_s: FloatArray) -> BoolArray | None:
+    """Find the rows that a logger added because its clock is faster than the sensor's.
+
+    Parameters
+    ----------
+    gyroscope_rad_s : ndarray, shape (N, 3)
+        Angular rate, rad/s.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,), or None
+        Rows that repeat their predecessor; None unless such rows are usual in movement, and in
+        short runs.
+    """
+    repeats = _repeats(gyroscope_rad_s)
+    if repeated_share(gyroscope_rad_s) < _SLOWER_SHARE:
+        return None
+    moving = _moving(gyroscope_rad_s)
+    runs = [stop - start for start, stop in _runs(repeats & moving)]
+    usual = np.quantile(runs, 0.9)
+    return repeats if usual <= 1.5 * max(1.0, float(np.median(runs))) else None
+
+
+def _impossible(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
+    wrong = (np.abs(rate) > IMPOSSIBLE_RAD_S).any(axis=1)
+    largest = float(np.abs(rate[wrong]).max()) if wrong.any() else 0.0
+    return wrong, f"beyond any gyroscope (up to {largest:.3g} rad/s)"
+
+
+def _zeros(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
+    """Zeros in place of missing samples: movement stops or begins within one sample."""
+    wrong = np.zeros(len(rate), dtype=bool)
+    speed = np.linalg.norm(rate, axis=1)
+    for start, stop in _runs((rate == 0).all(axis=1)):
+        before = speed[start - 1] if start else 0.0
+        after = speed[stop] if stop < len(rate) else 0.0
+        wrong[start:stop] = max(before, after) > _JUMP_RAD_S
+    return wrong, "of exactly zero amid movement"
+
+
+def _held(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
+    wrong = np.zeros(len(rate), dtype=bool)
+    for start, stop in _runs(_repeats(rate) & _moving(rate)):
+        long = stop - start + 1 >= _HELD_ROWS and time[stop - 1] - time[start - 1] >= _HELD_S
+        wrong[start:stop] = long
+    return wrong, "that repeat their predecessor bit by bit in movement"
+
+
+def _stuck(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
+    """One axis that stands still while the others move."""
+    wrong = np.zeros(len(rate), dtype=bool)
+    rms = np.sqrt(np.mean(np.nan_to_num(rate) ** 2, axis=0))
+    for axis in range(3):
+        one = rate[:, axis]
+        if rms[axis] < _MOVING_RAD_S:
+            continue
+        others = np.delete(rate, axis, axis=1)
+        extremes = np.nanmin(one), np.nanmax(one)
+        for start, stop in _runs(np.r_[False, one[1:] == one[:-1]]):
+            inside = np.sqrt(np.mean(np.sum(np.nan_to_num(others[start:stop]) ** 2, axis=1)))
+            wrong[start:stop] |= (
+                time[stop - 1] - time[start - 1] >= _STUCK_S
+                and inside > _STUCK_OTHERS_RAD_S
+                and one[start] not in extremes
+            )
+    return wrong, "with an axis that stands still while the others move"
+
+
+def _spikes(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
+    what = "that jump away for an instant (spikes)"
+    if np.isfinite(rate).all(axis=1).sum() < 10:
+        return np.zeros(len(rate), dtype=bool), what
+    interval = float(np.median(np.diff(time)))
+    known = np.where(np.isfinite(rate), rate, np.nanmedian(rate, axis=0))
+    off = np.linalg.norm(known - median_filter(known, (5, 1), mode="nearest"), axis=1)
+    off[~np.isfinite(rate).all(axis=1)] = 0.0
+    limit = max(_SPIKE_RAD / interval, _SPIKE_RATIO * float(np.quantile(off, 0.99)))
+    padded = np.pad(known, ((2, 2), (0, 0)), mode="edge")
+    # a spike leaves the samples about it alone, an impact does not
+    across = np.linalg.norm(padded[4:] - padded[:-4], axis=1)
+    return (off > limit) & (across < 0.25 * off), what
+
+
+def _clipping(rate: FloatArray) -> list[str]:
+    clipped = np.zeros(len(rate), dtype=bool)
+    levels = []
+    for axis, name in enumerate("xyz"):
+        one = rate[:, axis]
+        there = one[np.isfinite(one)]
+        if there.size < 10:
+            continue
+        for level in (there.max(), there.min()):
+            at_level = one == level
+            if abs(level) < _CLIPPED_RAD_S or at_level.mean() < _CLIPPED_SHARE:
+                continue
+            runs = [(start, stop) for start, stop in _runs(at_level) if stop - start >= 3]
+            inside = sum(stop - start for start, stop in runs)
+            if len(runs) and inside > 0.5 * at_level.sum() and _flat(one, runs, level):
+                clipped |= at_level
+                levels.append(f"{name} {level:g}")
+    if not levels:
+        return []
+    return [
+        f"{100 * clipped.mean():.0f} % of the rows sit at one and the same extreme "
+        f"({', '.join(levels)} rad/s): the gyroscope's range is too small, and the angles lack "
+        "what was cut off"
+    ]
+
+
+def _flat(one: FloatArray, runs: list[tuple[int, int]], level: float) -> bool:
+    """Tell a cut-off peak from a rounded one: the signal runs into it at full slope."""
+    steps = np.abs(np.diff(one[np.isfinite(one)]))
+    quantum = steps[steps > 0].min() if (steps > 0).any() else 0.0
+    into = [abs(one[start - 1] - level) for start, _ in runs if start > 0]
+    return bool(into) and float(np.nanmedian(into)) > 3 * quantum
+
+
+def _moving(rate: FloatArray) -> BoolArray:
+    # the bias of no gyroscope of today comes near it
+    return np.asarray(np.linalg.norm(rate, axis=1) > _MOVING_RAD_S)
+
+
+def _repeats(rate: FloatArray) -> BoolArray:
+    repeats = np.zeros(len(rate), dtype=bool)
+    repeats[1:] = (rate[1:] == rate[:-1]).all(axis=1)
+    return repeats
+
+
+def _runs(flags: BoolArray) -> list[tuple[int, int]]:
+    """Begin and end (exclusive) of each run of True."""
+    edges = np.flatnonzero(np.diff(np.r_[False, flags, False].astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

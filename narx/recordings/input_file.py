@@ -1,0 +1,68 @@
+"""Files that can be read without a surprise."""
+
+import os
+import stat
+from pathlib import Path
+
+from narx.errors import RecordingError, UserError
+
+# what a single file may ask for; the variable raises it
+LIMIT_VARIABLE = "NARX_MAX_FILE_MIB"
+_LIMIT_MIB = 4096.0
+
+
+def regular_file(path: str | os.PathLike[str]) -> Path:
+    """Refuse what cannot be read as a file, before anything waits for it or fills the memory.
+
+    Parameters
+    ----------
+    path : path-like
+        What is to be read.
+
+    Returns
+    -------
+    pathlib.Path
+        The same path.
+
+    Raises
+    ------
+    RecordingError
+        If there is nothing, or a folder, a pipe, a device, a loop of links, or more than
+        ``NARX_MAX_FILE_MIB`` (default 4096) MiB.
+    """
+    file = Path(path)
+    try:
+        status = file.stat()
+    except FileNotFoundError:
+        raise RecordingError(f"{file}: no such file") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise RecordingError(f"{file}: cannot be opened ({reason})") from None
+    if not stat.S_ISREG(status.st_mode):
+        raise RecordingError(f"{file}: is {_kind(status.st_mode)}, expected a file")
+    limit_mib = _limit_mib()
+    if status.st_size > limit_mib * 2**20:
+        raise RecordingError(
+            f"{file}: {status.st_size / 2**20:.0f} MiB, more than the limit of {limit_mib:g} MiB; "
+            f"set the environment variable {LIMIT_VARIABLE} to read it all the same"
+        )
+    return file
+
+
+def _kind(mode: int) -> str:
+    if stat.S_ISDIR(mode):
+        return "a folder"
+    if stat.S_ISFIFO(mode):
+        return "a pipe"
+    return "a socket" if stat.S_ISSOCK(mode) else "a device"
+
+
+def _limit_mib() -> float:
+    value = os.environ.get(LIMIT_VARIABLE, str(_LIMIT_MIB))
+    try:
+        limit = float(value)
+    except ValueError:
+        limit = 0.0
+    if not limit > 0:
+        raise UserError(f"{LIMIT_VARIABLE} is '{value}', expected a positive number of MiB")
+    return limit

@@ -1,0 +1,75 @@
+"""Two sensors on one time axis: the accelerometer brought to the gyroscope's samples."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from narx.recordings.resampling import contiguous_pieces
+from narx.recordings.trial import ImuRecording
+from narx.types import BoolArray, FloatArray
+
+# a sensor that is missing in more rows than this samples at another rate, or on rows of its own
+_OTHER_RATE = 0.2
+_MIN_SAMPLES = 10
+# intervals of the accelerometer across which it is interpolated
+_MAX_INTERVALS = 2.5
+
+
+def at_gyroscope_times(recording: ImuRecording) -> ImuRecording:
+    """Give gyroscope and accelerometer the same samples, where a file has them in turn.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        Whose rows hold one sensor, the other, or both.
+
+    Returns
+    -------
+    ImuRecording
+        The recording itself where both sample together; else the gyroscope's rows, and the
+        accelerometer interpolated linearly to them, with a note.
+    """
+    turning: BoolArray = np.asarray(np.isfinite(recording.gyroscope_rad_s).any(axis=1))
+    pulled: BoolArray = np.asarray(np.isfinite(recording.accelerometer_m_s2).any(axis=1))
+    n = recording.n_samples
+    if min(turning.sum(), pulled.sum()) < _MIN_SAMPLES:
+        return recording
+    own_rows = (pulled & ~turning).sum() > _OTHER_RATE * n
+    slower = (turning & ~pulled).sum() > _OTHER_RATE * turning.sum()
+    if not own_rows and not slower:
+        return recording
+    keep = turning if own_rows else np.ones(n, dtype=bool)
+    time = recording.time_s[keep]
+    note = (
+        f"gyroscope at {_rate_hz(recording.time_s[turning]):.4g} Hz and accelerometer at "
+        f"{_rate_hz(recording.time_s[pulled]):.4g} Hz on one time axis: the accelerometer is "
+        "interpolated to the gyroscope's samples"
+    )
+    return replace(
+        recording,
+        time_s=time,
+        gyroscope_rad_s=recording.gyroscope_rad_s[keep],
+        accelerometer_m_s2=_interpolated(recording, pulled, time),
+        notes=(*recording.notes, note),
+    )
+
+
+def _rate_hz(time_s: FloatArray) -> float:
+    return float(1.0 / np.median(np.diff(time_s))) if len(time_s) > 1 else np.nan
+
+
+def _interpolated(recording: ImuRecording, there: BoolArray, time_s: FloatArray) -> FloatArray:
+    complete = there & np.isfinite(recording.accelerometer_m_s2).all(axis=1)
+    own = recording.time_s[complete]
+    result = np.full((len(time_s), 3), np.nan)
+    if len(own) < 2:
+        return result
+    gap_s = _MAX_INTERVALS * float(np.median(np.diff(own)))
+    for piece in contiguous_pieces(recording.time_s, complete, gap_s):
+        first, last = recording.time_s[piece[[0, -1]]]
+        inside = (time_s >= first) & (time_s <= last)
+        for axis in range(3):
+            result[inside, axis] = np.interp(
+                time_s[inside], recording.time_s[piece], recording.accelerometer_m_s2[piece, axis]
+            )
+    return result

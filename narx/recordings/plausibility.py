@@ -1,0 +1,186 @@
+"""The door: what cannot be the motion of a leg is refused in one line, or taken out and noted."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import welch
+
+from narx.errors import RecordingError
+from narx.recordings.faults import (
+    IMPOSSIBLE_RAD_S,
+    repeats_of_a_slower_sensor,
+    without_faults,
+)
+from narx.recordings.stamps import sampling_times
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
+from narx.types import FloatArray
+
+# more samples than this beyond a gyroscope's range are its unit, fewer are faults
+_IMPOSSIBLE_SHARE = 0.005
+# no leg swings about its own mean of two seconds as far as this
+_MAX_SWING_RAD = np.radians(180.0)
+_SWING_WINDOW_S = 2.0
+# who walks turns a sensor faster than this
+_SLOW_RAD_S = np.radians(6.0)
+_STRIDES_HZ = (0.4, 3.0)
+_STRIDES_SHARE = 0.5
+# a person has been measured at 50 g on the shank, no accelerometer reaches this
+_IMPOSSIBLE_M_S2 = 1000.0 * GRAVITY_M_S2
+# a clock may have so many more ticks than there are samples
+_MAX_TICKS_PER_SAMPLE = 20
+_MAX_TICKS = 5_000_000
+
+
+def admit(recording: ImuRecording, where: str) -> ImuRecording:
+    """Check a recording, and take out what no sensor measured.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        As read.
+    where : str
+        Its name, for messages.
+
+    Returns
+    -------
+    ImuRecording
+        Sampling times instead of stamps, faults as NaN, and notes on all that was done.
+
+    Raises
+    ------
+    RecordingError
+        If rate, clock, or the gyroscope's unit cannot be right; one line.
+    """
+    if recording.n_samples < 2:
+        raise RecordingError(f"{where}: {recording.n_samples} samples, expected at least 2")
+    times = sampling_times(recording.time_s, recording.gyroscope_rad_s, where)
+    gyroscope = recording.gyroscope_rad_s[times.rows]
+    if np.isfinite(gyroscope).all(axis=1).sum() < 2:
+        raise RecordingError(f"{where}: no two gyroscope samples, expected a recording")
+    force, force_notes = _without_impossible(recording.accelerometer_m_s2[times.rows])
+    _check_size(times.time_s, where)
+    _check_range(gyroscope, where)
+    time = times.time_s
+    notes = [*recording.notes, *times.notes, *force_notes]
+    repeats = repeats_of_a_slower_sensor(gyroscope)
+    if repeats is not None:
+        notes.append(
+            f"a slower sensor than the file's clock: {repeats.sum()} rows that repeat their "
+            "predecessor left out"
+        )
+        time, gyroscope, force = time[~repeats], gyroscope[~repeats], force[~repeats]
+    gyroscope, faults = without_faults(time, gyroscope)
+    _check_unit(time, gyroscope, where)
+    return replace(
+        recording,
+        time_s=time,
+        gyroscope_rad_s=gyroscope,
+        accelerometer_m_s2=force,
+        notes=tuple(dict.fromkeys([*notes, *faults])),
+    )
+
+
+def check_gravity(accelerometer_m_s2: FloatArray, where: str) -> None:
+    """Refuse an accelerometer that does not feel gravity, with what it may be instead.
+
+    Parameters
+    ----------
+    accelerometer_m_s2 : ndarray, shape (N, 3)
+        Specific force; rows with NaN are left out.
+    where : str
+        Name of the recording, for messages.
+
+    Raises
+    ------
+    RecordingError
+        If the median of its size is not between 0.6 and 1.7 g.
+    """
+    size = np.linalg.norm(accelerometer_m_s2, axis=1)
+    size = size[np.isfinite(size)]
+    if not size.size:
+        return
+    middle = float(np.median(size))
+    if 0.6 * GRAVITY_M_S2 < middle < 1.7 * GRAVITY_M_S2:
+        return
+    guesses = {1.0: "g", 1e3: "mg or cm/s^2", GRAVITY_M_S2**2: "m/s^2, not g"}
+    guess = next((unit for one, unit in guesses.items() if 0.7 * one < middle < 1.5 * one), None)
+    if guess is None:
+        guess = "gravity taken off" if middle < 5.0 else "raw counts"
+    raise RecordingError(
+        f"{where}: the accelerometer's median size is {middle:.3g} m/s^2, expected about 9.8; "
+        f"{guess}?"
+    )
+
+
+def _without_impossible(force: FloatArray) -> tuple[FloatArray, list[str]]:
+    beyond = (np.abs(force) > _IMPOSSIBLE_M_S2).any(axis=1)
+    nothing = (force == 0).all(axis=1)
+    notes = []
+    if beyond.any():
+        notes.append(f"{beyond.sum()} accelerometer samples beyond 1000 g taken as missing")
+    if nothing.any():
+        notes.append(f"{nothing.sum()} accelerometer samples of exactly zero taken as missing")
+    return np.where((beyond | nothing)[:, None], np.nan, force), notes
+
+
+def _check_size(time: FloatArray, where: str) -> None:
+    ticks = (time[-1] - time[0]) / np.median(np.diff(time))
+    if ticks > max(_MAX_TICKS, _MAX_TICKS_PER_SAMPLE * len(time)):
+        k = int(np.argmax(np.diff(time)))
+        raise RecordingError(
+            f"{where}: {time[k + 1] - time[k]:g} s without a sample after {time[k]:g} s; expected "
+            "one recording, cut it there"
+        )
+
+
+def _check_range(rate: FloatArray, where: str) -> None:
+    there = rate[np.isfinite(rate).all(axis=1)]
+    if not len(there):
+        return
+    peaks = np.abs(there).max(axis=1)
+    if (peaks > IMPOSSIBLE_RAD_S).mean() > _IMPOSSIBLE_SHARE:
+        whole = any(np.allclose(w, np.round(w), atol=1e-6) for w in (there, np.degrees(there)))
+        raise RecordingError(
+            f"{where}: the gyroscope reaches {np.degrees(np.quantile(peaks, 0.999)):.0f} deg/s, "
+            "beyond any gyroscope on a leg; "
+            + ("raw counts?" if whole else "deg/s in a column of rad/s, or raw counts?")
+        )
+
+
+def _check_unit(time: FloatArray, rate: FloatArray, where: str) -> None:
+    """Refuse swings that no leg does, and strides of a fraction of a degree."""
+    interval = float(np.median(np.diff(time)))
+    if not np.isfinite(rate).all(axis=1).any():
+        return
+    known = np.nan_to_num(rate - np.nanmedian(rate, axis=0))
+    window = round(_SWING_WINDOW_S / interval)
+    if len(time) < 2 * window:
+        return
+    angle = np.cumsum(known, axis=0) * interval
+    swing = np.abs(angle - uniform_filter1d(angle, window, axis=0, mode="nearest"))
+    wide = float(np.quantile(swing.max(axis=1), 0.9))
+    if wide > _MAX_SWING_RAD:
+        raise RecordingError(
+            f"{where}: by its gyroscope the segment swings by {np.degrees(wide):.0f} deg to either "
+            "side, which no leg does; deg/s in a column of rad/s, or a wrong scale?"
+        )
+    fastest = float(np.quantile(np.linalg.norm(known, axis=1), 0.999))
+    if 0 < fastest < _SLOW_RAD_S and _strides(known, interval):
+        raise RecordingError(
+            f"{where}: the gyroscope never turns faster than {np.degrees(fastest):.2g} deg/s, yet "
+            "as regularly as a walk; rad/s in a column of deg/s?"
+        )
+
+
+def _strides(rate: FloatArray, interval_s: float) -> bool:
+    """Tell whether most of the power lies in one narrow band of stride frequencies."""
+    segment = min(len(rate), round(10.0 / interval_s))
+    frequency, power = welch(rate, 1.0 / interval_s, nperseg=segment, axis=0)
+    total = power.sum(axis=1)
+    inside = (frequency >= _STRIDES_HZ[0]) & (frequency <= _STRIDES_HZ[1])
+    if segment * interval_s < 5.0 or not total[inside].any():
+        return False
+    peak = int(np.flatnonzero(inside)[np.argmax(total[inside])])
+    around = total[max(0, peak - 1) : peak + 2].sum()
+    return bool(around > _STRIDES_SHARE * total[1:].sum())

@@ -1,0 +1,252 @@
+"""From the time stamps of a file to sampling times.
+
+A stamp is often not the time at which a sample was taken, but that at which its packet arrived, or
+that time rounded. Where the samples follow one another regularly and the stamps do not, a line
+through the stamps is the better clock; the signal itself decides, as it is smooth on one of them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from narx.errors import RecordingError, UserError
+from narx.types import FloatArray, IntArray
+
+# slower than this no stride is seen, faster than this no inertial sensor samples
+MIN_RATE_HZ, MAX_RATE_HZ = 5.0, 20_000.0
+# intervals this near to multiples of the median are a regular clock, with or without lost samples
+_REGULAR = 0.1
+_REGULAR_SHARE = 0.98
+# of a regular clock less than half of the samples are lost, but for pauses
+_MOSTLY_THERE, _PAUSE_S = 2.0, 0.5
+# rows with the stamp of the row before, as a share of all, that are a logger's slip
+_RARE = 0.05
+# fewer samples do not show whether a line fits
+_MIN_SAMPLES = 20
+# the signal must be clearly smoother on the line, and the line leave no structure
+_SMOOTHER = 0.7
+_STRUCTURE_S = 0.02
+_UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
+
+
+@dataclass(frozen=True)
+class SamplingTimes:
+    """Sampling times that increase, and the rows that they belong to.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n,)
+        Increasing, s.
+    rows : ndarray of int, shape (n,)
+        Row of the file of each, from 0.
+    notes : tuple of str
+        What was done, for people.
+    """
+
+    time_s: FloatArray
+    rows: IntArray
+    notes: tuple[str, ...] = ()
+
+
+def checked_rate_hz(value: object, what: str) -> float:
+    """Refuse a sampling rate that no inertial sensor on a person has.
+
+    Parameters
+    ----------
+    value : object
+        Samples per second.
+    what : str
+        Where it comes from, for messages.
+
+    Returns
+    -------
+    float
+        The rate.
+
+    Raises
+    ------
+    UserError
+        If it is no number between 5 and 20000; an interval in its place is pointed out.
+    """
+    try:
+        rate = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        rate = np.nan
+    if isinstance(value, bool) or not np.isfinite(rate) or rate <= 0:
+        raise UserError(f"{what} is {value}, expected a positive number")
+    if not MIN_RATE_HZ <= rate <= MAX_RATE_HZ:
+        hint = f"; {1 / rate:g} Hz, if it is the interval in s" if rate < 0.2 else ""
+        raise UserError(
+            f"{what} is {value}, expected {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g} samples a second{hint}"
+        )
+    return rate
+
+
+def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> SamplingTimes:
+    """Find the times at which samples were taken.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Stamps as in the file, s.
+    values : ndarray, shape (N, K)
+        What was sampled; NaN where missing.
+    where : str
+        Name of the recording, for messages.
+
+    Returns
+    -------
+    SamplingTimes
+        The stamps themselves, where they are regular or the signal is smooth on them; else put
+        in order, or a regular clock.
+
+    Raises
+    ------
+    RecordingError
+        If a stamp is missing, the rate is not that of an inertial sensor in s, or time does not
+        increase and no regular clock explains it.
+
+    Notes
+    -----
+    Rows that repeat their predecessor in full are left out. Packets are put such that the fastest
+    one arrived without delay; stamps in steps are taken as cut off; others get the line of least
+    squares. The choice between stamps and line is by the error of cubic interpolation of each
+    sample from its four neighbours.
+    """
+    missing = np.flatnonzero(~np.isfinite(time_s))
+    if missing.size:
+        raise RecordingError(f"{where}: the time is missing at data row {missing[0] + 1}")
+    rows = np.arange(len(time_s))
+    notes: list[str] = []
+    if len(rows) < 2:
+        return SamplingTimes(time_s, rows)
+    repeated = np.zeros(len(rows), dtype=bool)
+    same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    at_once = np.diff(time_s) == 0
+    # where stamps are shared by whole packets, a sensor at rest repeats itself as well
+    if at_once.mean() < _RARE:
+        repeated[1:] = at_once & same.all(axis=1)
+    if repeated.any():
+        rows = rows[~repeated]
+        notes.append(
+            f"{repeated.sum()} rows that repeat their predecessor left out, the first at data row "
+            f"{np.flatnonzero(repeated)[0] + 1}"
+        )
+    time = time_s[rows]
+    _check_rate(time, where)
+    order = np.argsort(time, kind="stable")
+    if (np.diff(time) < 0).any() and _is_regular(time[order]):
+        moved = int((order != np.arange(len(order))).sum())
+        notes.append(f"{moved} rows were out of order and are put in the order of their times")
+        return SamplingTimes(time[order], rows[order], tuple(notes))
+    if _is_regular(time):
+        return SamplingTimes(time, rows, tuple(notes))
+    clock, how = _line(time) if len(time) >= _MIN_SAMPLES else (None, "")
+    increasing = bool((np.diff(time) > 0).all())
+    signal = values[rows]
+    if clock is not None:
+        off_line = _roughness(clock, signal)
+        if not increasing or off_line < _SMOOTHER * _roughness(time, signal):
+            return SamplingTimes(clock, rows, (*notes, how))
+    if not increasing:
+        wrong = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
+        raise RecordingError(
+            f"{where}: time_s does not increase at data row {rows[wrong] + 1} "
+            f"({time[wrong - 1]:g} s, then {time[wrong]:g} s)"
+        )
+    return SamplingTimes(time, rows, tuple(notes))
+
+
+def _check_rate(time: FloatArray, where: str) -> None:
+    steps = np.diff(time)
+    forward = steps[steps > 0]
+    if not forward.size:
+        raise RecordingError(f"{where}: time_s never increases (stays at {time[0]:g} s)")
+    # whole packets may share a stamp
+    step = min(float(np.median(forward)), float((time[-1] - time[0]) / len(steps)) or np.inf)
+    if step > 1.0 / MIN_RATE_HZ:
+        likely = [
+            name for factor, name in _UNITS.items() if MIN_RATE_HZ < 1 / (step * factor) < 5000
+        ]
+        raise RecordingError(
+            f"{where}: time_s steps by {step:g} s ({1 / step:.3g} Hz); "
+            + (f"{likely[0]}? " if likely else "")
+            + f"Expected s, at {MIN_RATE_HZ:g} Hz or more"
+        )
+    mean = float(forward.sum() / len(steps))
+    if mean < 1.0 / MAX_RATE_HZ:
+        raise RecordingError(
+            f"{where}: time_s steps by {mean:g} s ({1 / mean:.3g} Hz), expected s, at "
+            f"{MAX_RATE_HZ:g} Hz or less"
+        )
+
+
+def _is_regular(time: FloatArray) -> bool:
+    steps = np.diff(time)
+    interval = float(np.median(steps))
+    if not (steps > 0).all() or interval <= 0:
+        return False
+    multiples = steps / interval
+    # packets: samples at a short interval, and then a long one every time
+    if np.mean(steps[steps < _PAUSE_S]) > _MOSTLY_THERE * interval:
+        return False
+    near = np.abs(multiples - np.maximum(1.0, np.round(multiples))) < _REGULAR
+    return bool(np.mean(near) >= _REGULAR_SHARE)
+
+
+def _line(time: FloatArray) -> tuple[FloatArray | None, str]:
+    """Fit a regular clock to stamps; None where it leaves structure."""
+    first = np.r_[0, np.flatnonzero(np.diff(time) > 0.5 * np.mean(np.diff(time))) + 1]
+    sizes = np.diff(np.r_[first, len(time)])
+    size = int(np.median(sizes))
+    period = float(np.median(np.diff(time[first]))) if len(first) > 1 else np.inf
+    if not np.isfinite(period) or period <= 0:
+        return None, ""
+    lost = np.maximum(0, np.round(np.diff(time[first]) / period).astype(int) - 1) * size
+    with_lost = np.arange(len(time)) + np.repeat(np.r_[0, np.cumsum(lost)], sizes)
+    best: tuple[float, FloatArray, FloatArray] | None = None
+    for index in (np.arange(len(time)), with_lost):
+        # the first sample of a packet carries all that the packet's stamps tell
+        interval, start = np.polyfit(index[first], time[first] - time[0], 1)
+        residual = time - time[0] - start - interval * index
+        window = max(5 * size, round(1.0 / max(interval, 1e-6)))
+        structure = float(np.ptp(uniform_filter1d(residual, min(window, len(time)))))
+        if best is None or structure < 0.8 * best[0]:
+            best = structure, interval * index, residual + start
+    assert best is not None
+    structure, clock, offset = best
+    if structure > max(0.5 * period, _STRUCTURE_S) or clock[-1] <= 0:
+        return None, ""
+    interval = float(np.median(np.diff(clock)))
+    if size > 1 and np.allclose(np.round(time / period) * period, time, atol=1e-6 * period):
+        kind, start = f"stamps in steps of {period:g} s", float(offset.max())
+    elif size > 1:
+        # a packet arrives no earlier than its last sample was taken
+        last = np.r_[first[1:], len(time)] - 1
+        kind = f"stamps at arrival of packets of {size} samples"
+        start = float(np.quantile(time[first] - time[0] - clock[last], 0.01))
+    else:
+        kind, start = f"jitter of the stamps {1e3 * offset.std():.1f} ms", float(offset.mean())
+    return time[0] + start + clock, f"{kind}: a regular clock of {1 / interval:.6g} Hz in its place"
+
+
+def _roughness(time: FloatArray, values: FloatArray) -> float:
+    """Error of each sample interpolated from its four neighbours, the largest per cent left out."""
+    neighbours = [time[k : len(time) - 4 + k] for k in (0, 1, 3, 4)]
+    here = time[2:-2]
+    spacing = np.diff(time)
+    if not (spacing > 0).all():
+        return np.inf
+    predicted = np.zeros((len(here), values.shape[1]))
+    for k, own in zip((0, 1, 3, 4), neighbours, strict=True):
+        weight = np.ones(len(here))
+        for other in neighbours:
+            if other is not own:
+                weight *= (here - other) / (own - other)
+        predicted += weight[:, None] * values[k : len(time) - 4 + k]
+    error = np.linalg.norm(values[2:-2] - predicted, axis=1)
+    error = error[np.isfinite(error)]
+    if not error.size:
+        return 0.0
+    return float(np.sqrt(np.mean(np.minimum(error, np.quantile(error, 0.99)) ** 2)))

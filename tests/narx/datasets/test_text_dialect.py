@@ -1,0 +1,194 @@
+"""The same numbers from every dialect of CSV that devices and spreadsheets write."""
+
+import os
+import re
+
+import numpy as np
+import pytest
+
+from narx.datasets.csv_recording import read_recording
+from narx.datasets.text_dialect import read_table
+from narx.errors import RecordingError
+
+
+@pytest.fixture(scope="module")
+def walk(device_walk):
+    return device_walk(50.0, 6.0)
+
+
+def _lines(text):
+    return text.splitlines()
+
+
+def _with_index(text):
+    first, *rest = _lines(text)
+    return "\n".join([f",{first}", *(f"{k},{line}" for k, line in enumerate(rest))]) + "\n"
+
+
+def _with_unnamed_index(text):
+    first, *rest = _lines(text)
+    return "\n".join([first, *(f"{k},{line}" for k, line in enumerate(rest))]) + "\n"
+
+
+def _after_header(text, line):
+    first, *rest = _lines(text)
+    return "\n".join([first, line, *rest]) + "\n"
+
+
+def _quoted(text):
+    first, *rest = _lines(text)
+    quoted = ",".join(f'"{name}"' for name in first.split(","))
+    return "\n".join([quoted, *rest]) + "\n"
+
+
+def _quoted_cells(text):
+    return "\n".join(",".join(f'"{c}"' for c in line.split(",")) for line in _lines(text)) + "\n"
+
+
+UNITS = "s,rad/s,rad/s,rad/s,m/s^2,m/s^2,m/s^2"
+DIALECTS = {
+    "byte order mark": lambda plain, text: b"\xef\xbb\xbf" + plain.encode(),
+    "utf-16": lambda plain, text: plain.encode("utf-16"),
+    "utf-16 without mark": lambda plain, text: plain.encode("utf-16-le"),
+    "carriage returns": lambda plain, text: plain.replace("\n", "\r\n").encode(),
+    "old Mac": lambda plain, text: plain.replace("\n", "\r").encode(),
+    "quoted header": lambda plain, text: _quoted(plain).encode(),
+    "quoted cells": lambda plain, text: _quoted_cells(plain).encode(),
+    "quoted decimal commas": lambda plain, text: _quoted_cells(plain).replace(".", ",").encode(),
+    "semicolon, decimal comma": lambda plain, text: text(";", ",").encode(),
+    "tab": lambda plain, text: text("\t").encode(),
+    "tab, decimal comma": lambda plain, text: text("\t", ",").encode(),
+    "blanks": lambda plain, text: text("  ").encode(),
+    "bar": lambda plain, text: text("|").encode(),
+    "sep=": lambda plain, text: b"sep=;\r\n" + text(";").encode(),
+    "quoted sep=": lambda plain, text: b'"sep=\t"\n' + text("\t").encode(),
+    "units row": lambda plain, text: _after_header(plain, UNITS).encode(),
+    "units row in brackets": lambda plain, text: _after_header(
+        plain, ",".join(f"[{unit}]" for unit in UNITS.split(","))
+    ).encode(),
+    "index column": lambda plain, text: _with_index(plain).encode(),
+    "index without a name": lambda plain, text: _with_unnamed_index(plain).encode(),
+    "separator at the end": lambda plain, text: plain.replace("\n", ",\n").encode(),
+    "separator at the end of numbers": lambda plain, text: (
+        plain.replace("\n", ",\n").replace(",\n", "\n", 1).encode()
+    ),
+    "comment lines": lambda plain, text: b"# device 7\n# 50 Hz\n" + plain.encode(),
+    "metadata": lambda plain, text: b"Device: 7\nRate,50\n\n" + plain.encode(),
+    "header behind a comment sign": lambda plain, text: b"# " + plain.encode(),
+    "blanks after commas": lambda plain, text: plain.replace(",", ", ").encode(),
+    "blank lines": lambda plain, text: plain.replace("\n", "\n\n").encode(),
+    "upper case": lambda plain, text: plain.replace("gyro", "GYRO").encode(),
+    "Latin-1 comment": lambda plain, text: "# Läufer in °/s\n".encode("latin-1") + plain.encode(),
+}
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_every_dialect_gives_the_same_numbers(tmp_path, walk, text_of, dialect):
+    columns = walk.columns(accelerometer=True)
+    path = tmp_path / "walk.csv"
+    path.write_bytes(
+        DIALECTS[dialect](text_of(columns), lambda *options: text_of(columns, *options))
+    )
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-5)
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-5)
+    np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-5)
+
+
+@pytest.mark.parametrize("word", ["", "NA", "N/A", "NaN", "nan", "null", "NULL", "-", "#N/A", "?"])
+def test_words_for_a_missing_value(tmp_path, walk, text_of, word):
+    path = tmp_path / "walk.csv"
+    text = _lines(text_of(walk.columns()))
+    text[101] = ",".join([text[101].split(",")[0], *[word] * 3])
+    path.write_text("\n".join(text) + "\n")
+    gyroscope = read_recording(path).gyroscope_rad_s
+    assert np.isnan(gyroscope[100]).all()
+    assert np.isfinite(np.delete(gyroscope, 100, axis=0)).all()
+
+
+@pytest.mark.parametrize(("separator", "decimal", "cell"), [
+    (";", ".", "1,234.5"), (";", ",", "1.234,5"), (";", ",", "1 234,5"), (";", ".", "1'234.5"),
+])  # fmt: skip
+def test_groups_of_thousands(tmp_path, separator, decimal, cell):
+    path = tmp_path / "t.csv"
+    small = "0.5".replace(".", decimal)
+    path.write_text(f"a{separator}b\n{small}{separator}{small}\n{cell}{separator}{small}\n")
+    np.testing.assert_array_equal(read_table(path).numbers(0), [0.5, 1234.5])
+
+
+def test_units_row_gives_the_unit_and_may_not_contradict(tmp_path, walk, text_of):
+    path = tmp_path / "walk.csv"
+    text = _after_header(text_of(walk.columns()), "s,deg/s,deg/s,deg/s")
+    path.write_text(text)
+    with pytest.raises(RecordingError, match="gyroscope_x_rad_s has units deg/s and rad_s"):
+        read_recording(path)
+
+
+def test_what_is_not_plain_is_said(tmp_path, walk, text_of):
+    path = tmp_path / "walk.csv"
+    path.write_text(text_of(walk.columns(), ";", ","))
+    assert read_recording(path).notes == (
+        "read as text: fields separated by semicolons, decimal commas",
+    )
+    path.write_text(text_of(walk.columns()))
+    assert read_recording(path).notes == ()
+
+
+def _cut_inside(text):
+    return text[: len(text) // 2].rsplit(",", 1)[0] + "\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (lambda text: text(",", ",").encode(), "are both fields and decimals separated by ','"),
+        (lambda text: _cut_inside(text()).encode(), r"line \d+ has [123] values, expected 4"),
+        (lambda text: text().replace("time_s", "t").encode(), "no column 'time_s'; found t, gyro"),
+        (lambda text: text().replace("0.02000", "0.0_2", 1).encode(), "line 3, column time_s"),
+        (lambda text: text().replace("0.02000", "inf", 1).encode(), "found 'inf'"),
+        (lambda text: text().replace("0.02000", "1e999", 1).encode(), "found '1e999'"),
+        (lambda text: text(header=False).encode(), "no header line with 4 names"),
+        (lambda text: text().encode() + b"\0\xff\xfe", "cannot be read as text"),
+        (lambda text: b"time_s,gyroscope_x_rad_s\n", "no data lines|no column"),
+        (lambda text: text().replace("gyroscope_y", "gyroscope_x").encode(), "occurs 2 times"),
+    ],
+)
+def test_damage_is_one_line_that_names_the_file(tmp_path, walk, text_of, content, message):
+    path = tmp_path / "walk.csv"
+    path.write_bytes(content(lambda *a, **k: text_of(walk.columns(), *a, **k)))
+    with pytest.raises(RecordingError, match=message) as caught:
+        read_recording(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_file_is_refused_at_once(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    (tmp_path / "large").write_bytes(b"x" * 2**17)
+    monkeypatch.setenv("NARX_MAX_FILE_MIB", "0.1")
+    for name, message in {
+        tmp_path / "pipe": "is a pipe, expected a file",
+        tmp_path / "loop": "cannot be opened",
+        tmp_path: "is a folder, expected a file",
+        "/dev/zero": "is a device, expected a file",
+        tmp_path / "none": "no such file",
+        tmp_path / "large": "more than the limit of 0.1 MiB; set the environment variable",
+        "a\0b": "cannot be opened",
+        "x" * 5000: "cannot be opened",
+    }.items():
+        with pytest.raises(RecordingError, match=message):
+            read_recording(name)
+
+
+def test_calendar_times(tmp_path, walk, text_of):
+    path = tmp_path / "walk.csv"
+    stamps = np.datetime64("2026-05-01T23:59:58") + (walk.time_s * 1e6).astype("timedelta64[us]")
+    columns = walk.columns() | {"time_s": [f"{stamp}Z" for stamp in stamps]}
+    path.write_text(text_of(columns))
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-6)
+    assert re.match("times count from 2026-05-01T23:59:58", recording.notes[0])
+    path.write_text(text_of(columns).replace(":59.000000Z", ":99Z", 1))
+    with pytest.raises(RecordingError, match="expected a date and time"):
+        read_recording(path)

@@ -1,0 +1,95 @@
+"""df/dt = -w x f, on a walk where it holds and on what breaks it."""
+
+import re
+
+import numpy as np
+import pytest
+
+from narx.recordings.consistency import contradiction, fit_rotation
+
+MIRROR = np.array([1.0, -1.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def walk(device_walk):
+    return device_walk(50.0, 30.0)
+
+
+def _verdict(gyroscope, accelerometer, noise=0.0):
+    rng = np.random.default_rng(0)
+    fit = fit_rotation(
+        gyroscope + noise * rng.standard_normal(gyroscope.shape),
+        accelerometer + 10 * noise * rng.standard_normal(gyroscope.shape),
+        50.0,
+    )
+    return contradiction(fit)
+
+
+def test_a_sensor_that_only_turns_gives_slope_one(walk):
+    fit = fit_rotation(walk.gyroscope_rad_s, walk.accelerometer_m_s2, 50.0)
+    assert fit.slope == pytest.approx(1.0, abs=0.02)
+    assert fit.axes == pytest.approx(np.ones(3), abs=0.1)
+    assert fit.r2 > 0.99
+    assert contradiction(fit) is None
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize(
+    ("gyroscope", "accelerometer", "message"),
+    [
+        (lambda w: w, lambda f: f, None),
+        # both turned over together, and an accelerometer that points down at rest
+        (lambda w: w * [1, -1, -1], lambda f: f * [1, -1, -1], None),
+        (lambda w: w, lambda f: -f, None),
+        (np.degrees, lambda f: f, "57.* times as fast .* deg/s in a column of rad/s"),
+        (np.radians, lambda f: f, "times as fast .* rad/s in a column of deg/s"),
+        (lambda w: 2.0 * w, lambda f: f, "2 times as fast .* scale is wrong"),
+        (lambda w: 0.5 * w, lambda f: f, "0.5 times as fast .* scale is wrong"),
+        (lambda w: -w, lambda f: f, "turns the other way"),
+        (lambda w: w * MIRROR, lambda f: f * MIRROR, "turns the other way .* mirrored frame"),
+        (lambda w: w * MIRROR, lambda f: f, "turns the other way"),
+        (lambda w: w * [-1, 1, 1], lambda f: f, "gyroscope x turns the other way"),
+        (lambda w: w[:, [1, 0, 2]], lambda f: f, "axes in the order yxz: columns are exchanged"),
+    ],
+)
+def test_unit_sign_and_handedness(walk, gyroscope, accelerometer, message, noise):
+    verdict = _verdict(
+        gyroscope(walk.gyroscope_rad_s), accelerometer(walk.accelerometer_m_s2), noise
+    )
+    if message is None:
+        assert verdict is None
+    else:
+        assert verdict is not None
+        assert re.search(message, verdict)
+
+
+def test_nothing_is_concluded_from_rest(walk):
+    still = slice(0, 200)
+    assert fit_rotation(walk.gyroscope_rad_s[still], walk.accelerometer_m_s2[still], 50.0) is None
+    nothing = np.full((1500, 3), np.nan)
+    assert fit_rotation(walk.gyroscope_rad_s, nothing, 50.0) is None
+
+
+@pytest.mark.recordings
+def test_recorded_walks_are_not_doubted(data_root):
+    from narx.datasets.neura_sample import NeuraSample
+    from narx.datasets.smartphone_pocket import SmartphonePocket
+
+    for source in (
+        SmartphonePocket(root=data_root / "smartphone_pocket"),
+        NeuraSample(root=data_root / "neura_sample"),
+    ):
+        for trial in source:
+            for imu in trial.imus.values():
+                signals = imu.gyroscope_rad_s, imu.accelerometer_m_s2, trial.sampling_rate_hz
+                fit = fit_rotation(*signals)
+                assert contradiction(fit) is None
+                assert 0.3 < fit.slope < 1.0
+                gyroscope, accelerometer, rate_hz = signals
+                wrong = {
+                    "deg/s in a column of rad/s": (np.degrees(gyroscope), accelerometer),
+                    "rad/s in a column of deg/s": (np.radians(gyroscope), accelerometer),
+                    "mirrored frame": (gyroscope * MIRROR, accelerometer * MIRROR),
+                }
+                for message, pair in wrong.items():
+                    assert message in contradiction(fit_rotation(*pair, rate_hz))

@@ -1,0 +1,82 @@
+"""What a sensor did not measure is found where it was put, and nothing else is touched."""
+
+import numpy as np
+import pytest
+
+from narx.recordings.faults import repeats_of_a_slower_sensor, without_faults
+
+
+@pytest.fixture(scope="module")
+def walk(device_walk):
+    return device_walk(50.0, 30.0)
+
+
+def _held(rate):
+    rate[850:900] = rate[850]
+    return np.arange(851, 900), "repeat their predecessor bit by bit"
+
+
+def _zeros(rate):
+    rate[850:870] = 0.0
+    rate[1000] = 0.0
+    return np.r_[850:870, 1000], "of exactly zero amid movement"
+
+
+def _spikes(rate):
+    rate[[700, 900, 1100], 1] = [30.0, -20.0, 8.0]
+    return np.array([700, 900, 1100]), "spikes"
+
+
+def _impossible(rate):
+    rate[800, 2], rate[900, 0] = 1e30, -1e308
+    return np.array([800, 900]), "beyond any gyroscope"
+
+
+def _stuck(rate):
+    rate[850:900, 1] = rate[850, 1]
+    return np.arange(851, 900), "an axis that stands still while the others move"
+
+
+@pytest.mark.parametrize("damage", [_held, _zeros, _spikes, _impossible, _stuck])
+def test_faults_become_missing_and_are_counted(walk, damage):
+    rate = walk.gyroscope_rad_s.copy()
+    wrong, what = damage(rate)
+    found, notes = without_faults(walk.time_s, rate)
+    assert set(np.flatnonzero(np.isnan(found).any(axis=1))) == set(wrong)
+    np.testing.assert_array_equal(np.delete(found, wrong, axis=0), np.delete(rate, wrong, axis=0))
+    assert any(what in note and note.startswith(str(len(wrong))) for note in notes)
+
+
+def test_a_clean_walk_is_left_alone(walk):
+    noise = np.random.default_rng(0).normal(0.0, 0.02, walk.gyroscope_rad_s.shape)
+    for rate in (walk.gyroscope_rad_s, walk.gyroscope_rad_s + noise):
+        found, notes = without_faults(walk.time_s, rate)
+        np.testing.assert_array_equal(found, rate)
+        assert not notes
+
+
+def test_coarse_numbers_are_no_fault(walk):
+    """Rounded to 1 deg/s a sensor at rest repeats itself, and peaks have flat tops."""
+    rate = np.radians(np.round(np.degrees(walk.gyroscope_rad_s)))
+    found, notes = without_faults(walk.time_s, rate)
+    np.testing.assert_array_equal(found, rate)
+    assert not notes
+
+
+@pytest.mark.parametrize("limit_deg_s", [60.0, 100.0])
+def test_clipping_is_reported_and_left(walk, limit_deg_s):
+    limit = np.radians(limit_deg_s)
+    rate = np.clip(walk.gyroscope_rad_s, -limit, limit)
+    found, notes = without_faults(walk.time_s, rate)
+    np.testing.assert_array_equal(found, rate)
+    share = (np.abs(rate) == limit).any(axis=1).mean()
+    assert notes[0].startswith(f"{100 * share:.0f} % of the rows sit at one and the same extreme")
+
+
+def test_a_slower_sensor_on_a_faster_clock(walk):
+    held = np.repeat(walk.gyroscope_rad_s, 4, axis=0)
+    repeats = repeats_of_a_slower_sensor(held)
+    # standing still at zero repeats itself anyway
+    assert not repeats[np.arange(801, len(held)) // 4 * 4].any()
+    assert repeats[800:].mean() == pytest.approx(0.75, abs=0.01)
+    assert repeats_of_a_slower_sensor(walk.gyroscope_rad_s) is None

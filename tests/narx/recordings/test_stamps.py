@@ -1,0 +1,109 @@
+"""Stamps become sampling times: the samples and their true times are known, the stamps are not."""
+
+import numpy as np
+import pytest
+
+from narx.errors import RecordingError, UserError
+from narx.recordings.stamps import checked_rate_hz, sampling_times
+
+
+def _at_arrival(time, size, delay_s=0.006):
+    """A packet of samples arrives with its last one, and is read out at once."""
+    last = np.minimum(np.arange(len(time)) // size * size + size - 1, len(time) - 1)
+    return time[last] + delay_s + 0.0003 * (np.arange(len(time)) % size)
+
+
+RNG = np.random.default_rng(0)
+STAMPS = {
+    "packets of 6": (60.0, lambda t: _at_arrival(t, 6), 0.008),
+    "packets of 10 with one stamp": (100.0, lambda t: t[np.arange(len(t)) // 10 * 10 + 9], 0.002),
+    "packets whose radio waits": (
+        50.0,
+        lambda t: _at_arrival(t, 5) + np.repeat(RNG.uniform(0, 0.02, len(t) // 5), 5),
+        0.01,
+    ),
+    "jitter": (50.0, lambda t: t + RNG.normal(0.0, 0.006, len(t)), 0.002),
+    "equal stamps in steps of 10 ms": (128.0, lambda t: np.floor(t * 100.0) / 100.0, 0.006),
+    "whole seconds": (50.0, lambda t: np.floor(t), 0.03),
+}
+
+
+@pytest.mark.parametrize("kind", STAMPS)
+def test_a_regular_clock_takes_the_place_of_stamps_at_arrival(device_walk, kind):
+    rate_hz, stamp, tolerance_s = STAMPS[kind]
+    walk = device_walk(rate_hz, 30.0)
+    stamps = stamp(walk.time_s)
+    found = sampling_times(stamps, walk.gyroscope_rad_s, "w")
+    np.testing.assert_allclose(found.time_s, walk.time_s, atol=tolerance_s)
+    np.testing.assert_allclose(np.diff(found.time_s) * rate_hz, 1.0, atol=2e-3)
+    assert "a regular clock of" in found.notes[-1]
+
+
+def test_lost_packets_stay_lost(device_walk):
+    walk = device_walk(60.0, 30.0)
+    stamps = _at_arrival(walk.time_s, 6)
+    kept = np.repeat(RNG.random(len(stamps) // 6) > 0.1, 6)
+    found = sampling_times(stamps[kept], walk.gyroscope_rad_s[kept], "w")
+    np.testing.assert_allclose(found.time_s, walk.time_s[kept], atol=0.01)
+
+
+def test_irregular_sampling_is_kept(device_walk):
+    time = np.cumsum(np.random.default_rng(1).uniform(0.004, 0.02, 2500))
+    walk = device_walk(time_s=time)
+    found = sampling_times(time, walk.gyroscope_rad_s, "w")
+    np.testing.assert_array_equal(found.time_s, time)
+    assert not found.notes
+
+
+def test_lost_samples_and_a_pause_do_not_matter(device_walk):
+    walk = device_walk(50.0, 30.0)
+    keep = (np.random.default_rng(2).random(1500) > 0.1) & ~(
+        (walk.time_s > 12) & (walk.time_s < 15)
+    )
+    time = walk.time_s[keep]
+    found = sampling_times(time, walk.gyroscope_rad_s[keep], "w")
+    np.testing.assert_array_equal(found.time_s, time)
+
+
+def test_repeated_and_exchanged_rows(device_walk):
+    walk = device_walk(50.0, 30.0)
+    rows = np.arange(1500)
+    twice = np.sort(np.r_[rows, 700, 700, 900])
+    found = sampling_times(walk.time_s[twice], walk.gyroscope_rad_s[twice], "w")
+    np.testing.assert_array_equal(found.time_s, walk.time_s)
+    assert found.notes[0].startswith("3 rows that repeat their predecessor left out, the first")
+    rows[[300, 301]] = [301, 300]
+    found = sampling_times(walk.time_s[rows], walk.gyroscope_rad_s[rows], "w")
+    np.testing.assert_array_equal(walk.time_s[rows][found.rows], walk.time_s)
+    assert found.notes == ("2 rows were out of order and are put in the order of their times",)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "message"),
+    [
+        (lambda t: t * 1e3, r"time_s steps by 20 s \(0.05 Hz\); milliseconds\? Expected s"),
+        (lambda t: t * 1e6, r"time_s steps by 20000 s .*; microseconds\?"),
+        (lambda t: t * 1e9 + 1e15, r"time_s steps by 2e\+07 s .*; nanoseconds\?"),
+        (lambda t: t / 86400, "Hz or less"),
+        (lambda t: np.where(t > 15, t - 14.0, t), "does not increase at data row 752"),
+        (lambda t: t[::-1], "never increases"),
+        (lambda t: 0 * t + 3.0, "never increases"),
+        (lambda t: np.where(t == 1.0, np.nan, t), "the time is missing at data row 51"),
+    ],
+)
+def test_what_is_no_clock_in_seconds_is_refused(device_walk, stamps, message):
+    walk = device_walk(50.0, 30.0)
+    with pytest.raises(RecordingError, match=f"^w: .*{message}"):
+        sampling_times(stamps(walk.time_s), walk.gyroscope_rad_s, "w")
+
+
+@pytest.mark.parametrize("value", [0, -50, np.nan, np.inf, None, "", "fast", True, 1e9, 0.02])
+def test_impossible_rates_are_refused(value):
+    with pytest.raises(UserError, match=r"^rate is "):
+        checked_rate_hz(value, "rate")
+    assert checked_rate_hz("50", "rate") == 50.0
+
+
+def test_an_interval_given_as_rate_is_pointed_out():
+    with pytest.raises(UserError, match=r"50 Hz, if it is the interval in s$"):
+        checked_rate_hz(0.02, "rate")
