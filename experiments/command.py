@@ -1,6 +1,7 @@
 """What every command shares: how it is called, how its run is kept, and how it ends."""
 
 import contextlib
+import errno
 import functools
 import os
 import re
@@ -22,6 +23,8 @@ from narx.experiments.runs.sweep import USER_ERROR_STATUS, SweepReport
 from narx.experiments.sources import data_sha256
 
 CONFIG_PATH = "pkg://narx.configs"
+# the machine refuses to write: no fault of the program
+_REFUSED = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
 # as a shell reports a process that Ctrl-C has ended
 INTERRUPTED_STATUS = 130
 
@@ -44,7 +47,17 @@ def _mistakes_end_with_one_line() -> Iterator[None]:
             sys.exit(_report(str(mistake)))
         if isinstance(error, HydraException | OmegaConfBaseException):
             sys.exit(_report(_one_line(error)))
+        if isinstance(error, OSError) and error.errno in _REFUSED:
+            sys.exit(_report(_about_writing(error)))
         raise
+
+
+def _about_writing(error: OSError) -> str:
+    where = error.filename or "the run's folder"
+    return (
+        f"{where}: {error.strerror}; expected a place that can be written: another working "
+        "directory, or hydra.run.dir=DIR (with -m hydra.sweep.dir=DIR)"
+    )
 
 
 def _is_sweep() -> bool:
@@ -74,8 +87,12 @@ def command(
     """
 
     def decorate(function: Callable[[DictConfig], object]) -> Callable[[], None]:
+        started = False
+
         @functools.wraps(function)
         def job(cfg: DictConfig) -> object:
+            nonlocal started
+            started = True
             if _is_sweep() and keeps_run:
                 return _kept(function, cfg)  # what fails goes to the launcher, as an exception
             # within the job, since Hydra adds a line of its own to what leaves it as an exception
@@ -96,7 +113,9 @@ def command(
                     task()
             except KeyboardInterrupt:
                 sys.exit(_interrupted())
-            except Exception:
+            except Exception as error:
+                if isinstance(error, OSError) and not started:  # a file is in the folder's place
+                    sys.exit(_report(_about_writing(error)))
                 # Optuna, for one, finds no best trial where all have failed
                 status = 0 if SweepReport.current is None else SweepReport.current.report()
                 if status == 0:

@@ -1,5 +1,6 @@
 """How a sweep ends: every job that can work has worked, and each that could not is one line."""
 
+import contextlib
 import json
 import shutil
 import sys
@@ -44,7 +45,8 @@ class SweepReport(Callback):
             What else Hydra gives.
         """
         sweep = Path(config.hydra.sweep.dir).absolute()
-        sweep.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(OSError):  # Hydra tries again, and its failure ends the command
+            sweep.mkdir(parents=True, exist_ok=True)
         self._failures = sweep / ".failures" / uuid.uuid4().hex
         SweepReport.current = self
         overrides = OverridesParser.create().parse_overrides(list(config.hydra.overrides.task))
