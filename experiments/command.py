@@ -17,6 +17,7 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from narx.errors import UserError, user_error_behind
+from narx.experiments.overrides import readable
 from narx.experiments.runs.folder import claimed
 from narx.experiments.runs.identity import register_resolvers
 from narx.experiments.runs.sweep import USER_ERROR_STATUS, SweepReport
@@ -107,6 +108,7 @@ def command(
             """Run the command with the overrides on the command line."""
             # lets Hydra raise instead of printing and exiting with 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
+            sys.argv[1:] = readable(sys.argv[1:])
             SweepReport.current = None
             try:
                 with _mistakes_end_with_one_line():

@@ -11,6 +11,7 @@ from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
 from narx.errors import UserError
 from narx.recordings.trial import Trial
 
+Name = str | int
 INDEX_COLUMNS = ("subject", "condition", "trial")
 
 
@@ -53,15 +54,15 @@ class TrialSource(ABC):
 
     def select(
         self,
-        subject: str | Iterable[str] | None = None,
-        condition: str | Iterable[str] | None = None,
-        trial: str | Iterable[str] | None = None,
+        subject: Name | Iterable[Name] | None = None,
+        condition: Name | Iterable[Name] | None = None,
+        trial: Name | Iterable[Name] | None = None,
     ) -> "TrialSource":
         """Return the same source with fewer trials.
 
         Parameters
         ----------
-        subject, condition, trial : str or iterable of str, optional
+        subject, condition, trial : str or int, or iterable of these, optional
             Names to keep; None keeps all.
 
         Returns
@@ -78,7 +79,9 @@ class TrialSource(ABC):
         for column, wanted in zip(INDEX_COLUMNS, (subject, condition, trial), strict=True):
             if wanted is None:
                 continue
-            names = [wanted] if isinstance(wanted, str) else [str(name) for name in wanted]
+            # a number on the command line is a name as well
+            several = [wanted] if isinstance(wanted, str | int) else wanted
+            names = [str(name) for name in several]
             self._check_known(column, names)
             rows = rows[rows[column].isin(names)]
         if rows.empty:

@@ -67,3 +67,8 @@ def test_changing_the_index_does_not_change_the_source():
     mine = source.index()
     mine.loc[0, "subject"] = "Z"
     assert source.index().subject[0] == "A"
+
+
+@pytest.mark.parametrize("trial", [1, [1], "1"])
+def test_a_number_on_the_command_line_is_a_name(trial):
+    assert _Six().select(trial=trial).index().trial.unique().tolist() == ["1"]

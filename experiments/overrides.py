@@ -1,0 +1,68 @@
+"""The words on the command line, made into what Hydra's grammar takes.
+
+File names may hold letters, blanks, commas and brackets that Hydra reads as syntax; yes and no are
+strings to it, and a string is true.
+"""
+
+import re
+from collections.abc import Iterable
+
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
+
+_WORDS = {"yes": "true", "on": "true", "no": "false", "off": "false"}
+# what is named by the user, where "off" may be a condition and a comma part of a file's name
+_NAMES = ("select.",)
+_FILES = ("input", "output", "checkpoint", "data_root", "still_file")
+_OPENING = ("'", '"', "[", "{", "$")
+_ELEMENT = re.compile(r"(?<=[:\[,])\s*([^\s\[\]{},:'\"][^\[\]{},'\"]*)")
+
+
+def readable(arguments: Iterable[str]) -> list[str]:
+    """Quote file names and spell out yes and no.
+
+    Parameters
+    ----------
+    arguments : iterable of str
+        Words of the command line after the program's name.
+
+    Returns
+    -------
+    list of str
+        ``remove_bias=no`` as ``remove_bias=false``; a value that Hydra's grammar does not take,
+        and a file name with a comma, in quotes; all others as they are.
+    """
+    return [_readable(argument) for argument in arguments]
+
+
+def _readable(argument: str) -> str:
+    key, equals, value = argument.partition("=")
+    if not equals or argument.startswith("-") or not value:
+        return argument
+    if value.lower() in _WORDS and key not in _FILES and not key.startswith(_NAMES):
+        return f"{key}={_WORDS[value.lower()]}"
+    if value.startswith(("[", "{")):
+        return argument if _is_grammar(argument) else f"{key}={_ELEMENT.sub(_quoted_match, value)}"
+    if value.startswith(_OPENING):
+        return argument
+    if _is_grammar(argument) and not (key in _FILES and "," in value):
+        return argument
+    return f"{key}={_quoted(value)}"
+
+
+def _is_grammar(argument: str) -> bool:
+    try:
+        OverridesParser.create().parse_override(argument)
+    except HydraException:
+        return False
+    return True
+
+
+def _quoted(text: str) -> str:
+    # backslashes count as such but before a quote
+    return "'" + re.sub(r"(\\*)(?='|$)", r"\1\1", text).replace("'", r"\'") + "'"
+
+
+def _quoted_match(match: re.Match[str]) -> str:
+    text = match[1].rstrip()
+    return text if _is_grammar(f"k={text}") else _quoted(text)
