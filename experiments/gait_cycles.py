@@ -10,6 +10,7 @@ from narx.gait.phases import gait_phases
 from narx.kinematics.segment_angles import SAGITTAL
 from narx.method import SegmentSignals
 from narx.recordings.trial import Trial, side_of
+from narx.types import FloatArray
 
 
 @dataclass(frozen=True)
@@ -28,33 +29,54 @@ class GaitCycles:
     complete: int
 
 
+def foot_contacts_s(trial: Trial, segment: str, thigh: SegmentSignals) -> FloatArray:
+    """Find when a leg's foot touches the ground.
+
+    Parameters
+    ----------
+    trial : Trial
+        Holds the foot contacts, if it is simulated.
+    segment : str
+        A segment or the knee of the leg.
+    thigh : SegmentSignals
+        Thigh of the same leg (or the segment itself), in whose gyroscope the contacts are found
+        where the trial does not hold them.
+
+    Returns
+    -------
+    ndarray, shape (C,)
+        Times from the first sample of the trial, s; empty where no walking is found.
+    """
+    contacts_s = trial.events.get(f"heel_strike_{side_of(segment)}")
+    if contacts_s is not None:
+        return np.asarray(contacts_s) - float(trial.time_s[0])
+    try:
+        found = gait_phases(thigh.axis_rates_rad_s[:, SAGITTAL], thigh.sampling_rate_hz)
+    except UserError:
+        return np.empty(0)
+    return found.times_s["b"][np.isfinite(found.times_s["b"])]
+
+
 def gait_cycles(trial: Trial, joint: Evaluated, thigh: SegmentSignals) -> GaitCycles:
     """Count the gait cycles of one leg.
 
     Parameters
     ----------
     trial : Trial
-        Knows the foot contacts, if it is simulated.
+        The trial.
     joint : Evaluated
         A knee of that trial.
     thigh : SegmentSignals
-        Thigh of the same leg, in whose gyroscope the contacts are found where the trial does not
-        know them.
+        Thigh of the same leg, see `foot_contacts_s`.
 
     Returns
     -------
     GaitCycles
-        None where no walking is found.
+        Zero of both where no walking is found.
     """
-    contacts_s = trial.events.get(f"heel_strike_{side_of(joint.segment)}")
-    if contacts_s is not None:
-        contacts_s = np.asarray(contacts_s) - float(trial.time_s[0])
-    else:
-        try:
-            found = gait_phases(thigh.axis_rates_rad_s[:, SAGITTAL], thigh.sampling_rate_hz)
-        except UserError:
-            return GaitCycles(0, 0)
-        contacts_s = found.times_s["b"][np.isfinite(found.times_s["b"])]
+    contacts_s = foot_contacts_s(trial, joint.segment, thigh)
+    if not contacts_s.size:
+        return GaitCycles(0, 0)
     edges = np.searchsorted(joint.time_s, contacts_s)
     edges = edges[edges < len(joint.time_s)]
     scored = _all_between(joint.scored, edges)

@@ -16,6 +16,7 @@ from narx.experiments.figures.spectrum import spectrum
 from narx.experiments.figures.waveforms import first_and_last_minute, waveforms
 from narx.experiments.gathered import Gathered
 from narx.experiments.reports.report import Report, Section
+from narx.experiments.reports.strides import Strides
 from narx.experiments.reports.tham_wording import against_print
 from narx.experiments.tables.comparison import comparison_table
 from narx.experiments.tables.drift import drift_table
@@ -74,6 +75,7 @@ class GenericReport(Report):
     def __init__(self, skip_s: float = 5.0) -> None:
         self.skip_s = skip_s
         self._gyroscope: tuple[str, FloatArray, float] | None = None
+        self._strides = Strides()
 
     def observe(
         self,
@@ -82,7 +84,7 @@ class GenericReport(Report):
         methods: Mapping[str, OrientationMethod],
         evaluated: Sequence[Evaluated],
     ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
-        """Keep the first walking gyroscope for its spectrum; everything counts.
+        """Keep the first walking gyroscope for its spectrum, and the strides; everything counts.
 
         Parameters
         ----------
@@ -104,6 +106,7 @@ class GenericReport(Report):
         """
         if self._gyroscope is None:
             self._gyroscope = walking_gyroscope(trial, calibrated, self.skip_s)
+        self._strides.observe(trial, calibrated, evaluated)
         return evaluated, ()
 
     def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
@@ -132,7 +135,7 @@ class GenericReport(Report):
             if "narx" in cfg.methods:
                 sections.append(interval_table(results, seed=cfg.seed))
                 sections += against_print(comparison_with_print(results), cfg, True)
-        return sections + comparison_sections(cfg, gathered)
+        return sections + comparison_sections(cfg, gathered) + self._strides.tables(cfg.methods)
 
     def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
         """Draw spectrum, waveforms, agreement and error over time.
@@ -169,7 +172,7 @@ class GenericReport(Report):
             figures[f"error_over_time_{kind}"] = error_over_time(pieces)
             if any(piece.std_rad for piece in pieces):
                 figures[f"calibration_{kind}"] = calibration_figure(pieces)
-        return figures
+        return figures | self._strides.figures(cfg.methods)
 
 
 def comparison_sections(cfg: DictConfig, gathered: Gathered) -> list[Section]:

@@ -21,6 +21,7 @@ from narx.experiments.published import published
 from narx.experiments.reports import tham_wording
 from narx.experiments.reports.generic import comparison_sections, walking_gyroscope
 from narx.experiments.reports.report import Report, Section
+from narx.experiments.reports.strides import Strides
 from narx.experiments.tables.subjects import condition_order
 from narx.experiments.tables.table import Table
 from narx.experiments.tables.tham import comparison_with_print, interval_table, tham_tables
@@ -45,6 +46,7 @@ class ThamReport(Report):
         self.skip_s = skip_s
         self._gyroscopes: dict[str, tuple[str, np.ndarray, float]] = {}
         self._cycles: Counter[tuple[str, str]] = Counter()
+        self._strides = Strides()
 
     def observe(
         self,
@@ -88,6 +90,7 @@ class ThamReport(Report):
             gyroscope = walking_gyroscope(trial, calibrated, self.skip_s)
             if gyroscope is not None:
                 self._gyroscopes[trial.condition] = gyroscope
+        self._strides.observe(trial, calibrated, knees)
         return evaluated, ()
 
     @property
@@ -128,7 +131,7 @@ class ThamReport(Report):
                 tham_wording.about_components(hidden_neurons(rate_rad_s, rate_hz), title)
             )
         sections += tham_wording.against_print(comparison_with_print(results), cfg, simulated)
-        return sections + comparison_sections(cfg, gathered)
+        return sections + comparison_sections(cfg, gathered) + self._strides.tables(cfg.methods)
 
     def _cycle_table(self) -> Table:
         text = published("tham_text").set_index("quantity")["value"].astype(float)
@@ -181,7 +184,7 @@ class ThamReport(Report):
             if any(method in one.estimates_rad for one in knees):
                 figures[f"figure_7_bland_altman_{method}"] = bland_altman(knees, method)
         figures["error_over_time"] = error_over_time(knees)
-        return figures
+        return figures | self._strides.figures(cfg.methods)
 
 
 def _subjects(cfg: DictConfig, results: pd.DataFrame) -> list[dict[str, object]]:

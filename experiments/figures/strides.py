@@ -1,0 +1,64 @@
+"""Mean and standard deviation over the gait cycle, estimate beside reference."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from narx.evaluation.strides import StrideSet
+from narx.experiments.figures.canvas import ANGLE_NAMES, REFERENCE_COLOUR, panels, styled
+from narx.experiments.method_labels import method_colour, method_label
+
+
+@styled
+def stride_bands(sets: Sequence[StrideSet], methods: Sequence[str], title: str = "") -> Figure:
+    """Draw the bands of all strides, a row per method and a column per angle.
+
+    Parameters
+    ----------
+    sets : sequence of StrideSet
+        Of joints or segments of one kind.
+    methods : sequence of str
+        Rows from top to bottom.
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Line: mean over strides; band: one standard deviation to either side. Only strides that
+        have reference and estimate.
+    """
+    figure, axes = panels(len(methods), 3, sharex=True, sharey="col")
+    percent = np.linspace(0.0, 100.0, 101)
+    for row, method in enumerate(methods):
+        for column in range(3):
+            axis = axes[row, column]
+            pairs = [
+                (one.reference_deg[:, :, column], one.estimates_deg[method][:, :, column])
+                for one in sets
+                if method in one.estimates_deg
+            ]
+            reference, estimate = (np.concatenate(side) for side in zip(*pairs, strict=True))
+            there = np.isfinite(reference + estimate).all(axis=1)
+            lines = (
+                (reference, REFERENCE_COLOUR, "reference"),
+                (estimate, method_colour(method), method_label(method)),
+            )
+            if there.any():
+                for strides, colour, name in lines:
+                    mean, spread = strides[there].mean(axis=0), strides[there].std(axis=0)
+                    band = mean - spread, mean + spread
+                    axis.fill_between(percent, *band, color=colour, alpha=0.2, lw=0)
+                    axis.plot(percent, mean, color=colour, label=name)
+            else:
+                middle = axis.get_xaxis_transform()
+                axis.text(50.0, 0.5, "not observed", ha="center", transform=middle)
+            if row == 0:
+                axis.set_title(ANGLE_NAMES[column])
+            if row == len(methods) - 1:
+                axis.set_xlabel("gait cycle (%)")
+        axes[row, 0].set_ylabel("angle (degrees)")
+        axes[row, 0].legend(loc="best")
+    figure.suptitle(title)
+    return figure

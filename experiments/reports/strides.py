@@ -1,0 +1,101 @@
+"""The stride-by-stride part of a report, for whatever walks."""
+
+from collections.abc import Mapping, Sequence
+
+from matplotlib.figure import Figure
+
+from narx.calibration.calibrate import CalibratedSegment
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.strides import StrideSet, cut_strides, stride_table
+from narx.experiments.figures.strides import stride_bands
+from narx.experiments.gait_cycles import foot_contacts_s
+from narx.experiments.tables.strides import cycle_table, reliability_table, stride_errors_table
+from narx.experiments.tables.table import Table
+from narx.recordings.trial import Trial, kind_of
+
+# rows of the figure: more would not fit a page
+SHOWN = ("narx", "leaky_integrator", "vqf", "pseudo_integrator", "complementary_filter")
+
+
+class Strides:
+    """Strides of all trials, kept while each trial is in memory at its full rate."""
+
+    def __init__(self) -> None:
+        self._sets: list[StrideSet] = []
+
+    def observe(
+        self,
+        trial: Trial,
+        calibrated: Mapping[str, CalibratedSegment],
+        evaluated: Sequence[Evaluated],
+    ) -> None:
+        """Cut the strides of a trial's knees, or of its thighs where it has no knee.
+
+        Parameters
+        ----------
+        trial : Trial
+            The trial.
+        calibrated : mapping of str to CalibratedSegment
+            Its segments.
+        evaluated : sequence of Evaluated
+            Angles of segments and joints at the full rate.
+        """
+        kinds = [kind_of(one.segment) for one in evaluated]
+        kind = "knee" if "knee" in kinds else "thigh"
+        for one in evaluated:
+            thigh = calibrated.get(one.segment.replace("knee", "thigh"))
+            if kind_of(one.segment) != kind or thigh is None:
+                continue
+            strides = cut_strides(one, foot_contacts_s(trial, one.segment, thigh.signals))
+            if len(strides.reference_deg):
+                self._sets.append(strides)
+
+    def tables(self, methods: Sequence[str]) -> list[Table]:
+        """Sum up all strides.
+
+        Parameters
+        ----------
+        methods : sequence of str
+            Those that ran.
+
+        Returns
+        -------
+        list of Table
+            Errors per stride, reliability, tests over the cycle; empty where nothing walked.
+        """
+        tables: list[Table | None] = []
+        for kind, sets in self._by_kind().items():
+            strides = stride_table(sets)
+            if not len(strides):
+                continue
+            title = kind.capitalize()
+            tables.append(stride_errors_table(strides, title))
+            tables.append(reliability_table(strides, title))
+            tables.append(cycle_table(sets, methods, title))
+        return [table for table in tables if table is not None]
+
+    def figures(self, methods: Sequence[str]) -> dict[str, Figure]:
+        """Draw mean and standard deviation over the cycle.
+
+        Parameters
+        ----------
+        methods : sequence of str
+            Those that ran.
+
+        Returns
+        -------
+        dict of str to matplotlib.figure.Figure
+            By file name without suffix.
+        """
+        shown = [method for method in SHOWN if method in methods] or list(methods)[:1]
+        return {
+            f"strides_{kind}": stride_bands(sets, shown, f"{kind}, mean and SD of all strides")
+            for kind, sets in self._by_kind().items()
+            if all(any(method in one.estimates_deg for one in sets) for method in shown)
+        }
+
+    def _by_kind(self) -> dict[str, list[StrideSet]]:
+        by_kind: dict[str, list[StrideSet]] = {}
+        for one in self._sets:
+            by_kind.setdefault(kind_of(one.segment), []).append(one)
+        return by_kind

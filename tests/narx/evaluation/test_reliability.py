@@ -1,0 +1,56 @@
+"""Intraclass correlation against the analysis of variance written out."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from narx.evaluation.reliability import reliability
+
+
+def by_hand(reference, estimate):
+    """ICC(2,1) and ICC(3,1) of Shrout and Fleiss (1979), two judges."""
+    x = np.stack([reference, estimate], axis=1)
+    n, k = x.shape
+    between = k * ((x.mean(axis=1) - x.mean()) ** 2).sum() / (n - 1)
+    judges = n * ((x.mean(axis=0) - x.mean()) ** 2).sum() / (k - 1)
+    residual = ((x - x.mean(axis=1, keepdims=True) - x.mean(axis=0) + x.mean()) ** 2).sum()
+    residual /= (n - 1) * (k - 1)
+    return (
+        (between - residual) / (between + (k - 1) * residual + k * (judges - residual) / n),
+        (between - residual) / (between + (k - 1) * residual),
+    )
+
+
+@given(st.integers(0, 1000), st.integers(5, 40), st.floats(-3.0, 3.0))
+def test_both_coefficients(seed, n, offset):
+    rng = np.random.default_rng(seed)
+    reference = rng.normal(40.0, 5.0, n)
+    estimate = reference + offset + rng.normal(0.0, 2.0, n)
+    found = reliability(reference, estimate)
+    assert (found.icc_2_1, found.icc_3_1) == pytest.approx(by_hand(reference, estimate), abs=1e-9)
+    assert found.icc_2_1_interval[0] - 0.01 <= found.icc_2_1 <= found.icc_2_1_interval[1] + 0.01
+
+
+def test_a_constant_offset_is_consistent_but_does_not_agree():
+    reference = np.linspace(30.0, 60.0, 10)
+    offset = reliability(reference, reference + 10.0 + 1e-6 * np.arange(10) ** 2)
+    assert offset.icc_3_1 == pytest.approx(1.0, abs=1e-6)
+    assert offset.icc_2_1 < 0.75
+    assert offset.sem == pytest.approx(10.0 / np.sqrt(2.0), rel=1e-4)
+    assert offset.mdc == pytest.approx(1.96 * 10.0, rel=1e-4)
+
+
+def test_the_standard_error_is_the_noise_of_one_instrument():
+    rng = np.random.default_rng(0)
+    true = rng.normal(0.0, 20.0, 20_000)
+    found = reliability(true + rng.normal(0, 3.0, true.size), true + rng.normal(0, 3.0, true.size))
+    assert found.sem == pytest.approx(3.0, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("reference", "estimate"),
+    [([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]), ([1.0] * 6, [1.0] * 6), ([np.nan] * 9, [1.0] * 9)],
+)
+def test_too_little_says_nothing(reference, estimate):
+    assert reliability(reference, estimate) is None

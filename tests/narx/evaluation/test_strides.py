@@ -1,0 +1,51 @@
+"""Strides of a comparison: what is cut, what is measured."""
+
+import numpy as np
+import pytest
+
+from narx.evaluation.comparison import Evaluated
+from narx.evaluation.strides import cut_strides, mean_waveforms, stride_table
+
+RATE_HZ = 100.0
+
+
+def walk(subject="S1", duration_s=20.0, missing=()):
+    """One stride a second: amplitude 20 degrees; the estimate has 15 about a mean of 3 degrees."""
+    time = np.arange(0.0, duration_s, 1.0 / RATE_HZ)
+    swing = np.cos(2.0 * np.pi * time)
+    reference = np.radians(np.stack([20.0 * swing, np.full_like(time, np.nan), 5.0 * swing], 1))
+    estimate = np.radians(np.stack([3.0 + 15.0 * swing, swing, np.full_like(time, np.nan)], 1))
+    reference[list(missing)] = np.nan
+    return Evaluated(
+        "d", subject, "normal", "1", "knee_right", RATE_HZ, time, reference,
+        {"narx": estimate + 2.0 * np.pi}, time >= 2.0,
+    )  # fmt: skip
+
+
+def test_errors_of_range_and_peaks():
+    strides = cut_strides(walk(), np.arange(0.0, 20.0))
+    assert strides.reference_deg.shape == (17, 101, 3)  # of 19, two are not scored
+    table = stride_table([strides])
+    assert set(table["axis"]) == {"sagittal"}  # the only one with reference and estimate
+    row = table.iloc[0]
+    assert row["range_reference"] == pytest.approx(40.0, abs=1e-3)
+    assert row["range_estimate"] == pytest.approx(30.0, abs=1e-3)
+    assert row["maximum_reference"] - row["maximum_estimate"] == pytest.approx(2.0, abs=1e-3)
+    assert row["minimum_reference"] - row["minimum_estimate"] == pytest.approx(-8.0, abs=1e-3)
+    # error = -3 + 5 cos over a whole stride, both of whose ends are among the points
+    points = -3.0 + 5.0 * np.cos(np.linspace(0.0, 2.0 * np.pi, 101))
+    assert row["rmse"] == pytest.approx(np.sqrt(np.mean(points**2)), abs=1e-3)
+
+
+def test_a_stride_with_a_missing_sample_is_left_out():
+    assert len(cut_strides(walk(missing=[1050]), np.arange(0.0, 20.0)).reference_deg) == 16
+
+
+def test_waveforms_are_averaged_by_subject():
+    walks = (("A", 20.0), ("A", 8.0), ("B", 9.0))
+    sets = [cut_strides(walk(s, t), np.arange(0.0, t)) for s, t in walks]
+    reference, estimate = mean_waveforms(sets, "narx", 0)
+    assert reference.shape == estimate.shape == (2, 101)
+    np.testing.assert_allclose(reference[0], 20 * np.cos(np.linspace(0, 2 * np.pi, 101)), atol=1e-3)
+    assert mean_waveforms(sets, "narx", 2)[0].shape == (0, 101)
+    assert mean_waveforms(sets, "unknown", 0)[0].shape == (0, 101)
