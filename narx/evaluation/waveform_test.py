@@ -56,7 +56,8 @@ def waveform_test(
         return None
     import spm1d  # slow to import, needed by tables alone
 
-    found = spm1d.stats.ttest_paired(reference_deg, estimate_deg).inference(alpha, two_tailed=True)
+    # paired by subject: one sample of differences against zero
+    found = spm1d.stats.ttest(difference).inference(alpha, two_tailed=True)
     last = difference.shape[1] - 1
     clusters = tuple(
         (100.0 * begin / last, 100.0 * end / last, float(cluster.P))

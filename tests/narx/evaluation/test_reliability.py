@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from narx.evaluation.reliability import reliability
@@ -23,6 +23,7 @@ def by_hand(reference, estimate):
 
 
 @given(st.integers(0, 1000), st.integers(5, 40), st.floats(-3.0, 3.0))
+@settings(max_examples=30, deadline=None)
 def test_both_coefficients(seed, n, offset):
     rng = np.random.default_rng(seed)
     reference = rng.normal(40.0, 5.0, n)
