@@ -125,9 +125,12 @@ def _with_network(
     log: TensorBoardLog | None,
     gathered: Gathered,
 ) -> dict[str, OrientationMethod]:
-    told = log.for_fold(fold.name) if log else lambda iteration, numbers: None
     begun = time.perf_counter()
-    network = network_of(cfg, sources, fold, rng, told)
+    if log is None:
+        network = network_of(cfg, sources, fold, rng, lambda iteration, numbers: None)
+    else:
+        with log.of_fold(_file_name(fold.name)) as fold_log:
+            network = network_of(cfg, sources, fold, rng, fold_log.iteration)
     gathered.workload.training_s += time.perf_counter() - begun
     gathered.networks[fold.name] = network
     return {

@@ -61,7 +61,14 @@ def _about_writing(error: OSError) -> str:
     )
 
 
-def _is_sweep() -> bool:
+def in_sweep() -> bool:
+    """Tell whether this run is a job of a sweep.
+
+    Returns
+    -------
+    bool
+        False for a single run.
+    """
     return bool(HydraConfig.get().mode == RunMode.MULTIRUN)
 
 
@@ -94,12 +101,10 @@ def command(
         def job(cfg: DictConfig) -> object:
             nonlocal started
             started = True
-            if _is_sweep() and keeps_run:
+            if in_sweep() and keeps_run:
                 return _kept(function, cfg)  # what fails goes to the launcher, as an exception
             # within the job, since Hydra adds a line of its own to what leaves it as an exception
             with _mistakes_end_with_one_line():
-                if _is_sweep():
-                    raise UserError(f"{config_name}: no sweeps (-m), one call writes one file")
                 return _kept(function, cfg) if keeps_run else function(cfg)
 
         task = hydra.main(version_base="1.3", config_path=CONFIG_PATH, config_name=config_name)(job)
@@ -112,6 +117,10 @@ def command(
             SweepReport.current = None
             try:
                 with _mistakes_end_with_one_line():
+                    if not keeps_run and {"-m", "--multirun"} & set(sys.argv):
+                        raise UserError(
+                            f"{config_name} -m: a call writes one file, expected a call a file"
+                        )
                     task()
             except KeyboardInterrupt:
                 sys.exit(_interrupted())
@@ -139,7 +148,7 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
         try:
             value = function(cfg)
         except KeyboardInterrupt:
-            if not _is_sweep():
+            if not in_sweep():
                 _print_interrupted(f"the same command with hydra.run.dir={folder} goes on")
                 sys.exit(INTERRUPTED_STATUS)
             raise

@@ -1,13 +1,21 @@
-"""What a run shows in TensorBoard."""
+"""What a run shows in TensorBoard: the same tag for the same thing in every run."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from omegaconf import DictConfig, OmegaConf
 from torch.utils.tensorboard import SummaryWriter
+from torch.utils.tensorboard.summary import hparams
 
-from narx.training.objective import Log
+from narx.inference.checkpoint import Checkpoint
+
+# configuration that is worth a column in the table of runs
+_COMPARED = ("seed", "data", "split", "calibration", "teacher", "model", "optimizer", "training")
 
 
 class TensorBoardLog:
@@ -16,10 +24,14 @@ class TensorBoardLog:
     Parameters
     ----------
     directory : pathlib.Path
-        Where the event file goes.
+        Where the event file goes; one that a run left here which was cut off is deleted, because
+        TensorBoard would join the two curves.
     """
 
     def __init__(self, directory: Path) -> None:
+        for left_over in directory.glob("events.out.tfevents.*"):
+            left_over.unlink()
+        self._directory = directory
         self._writer = SummaryWriter(str(directory))
 
     def __enter__(self) -> "TensorBoardLog":
@@ -33,37 +45,106 @@ class TensorBoardLog:
     ) -> None:
         self._writer.close()
 
-    def for_fold(self, fold: str) -> Log:
-        """Return what an optimizer calls once an iteration.
+    def of_fold(self, name: str) -> "TensorBoardLog":
+        """Open the log of one fold, a run of its own, so that its tags need no name.
 
         Parameters
         ----------
-        fold : str
-            Name under which the curves appear.
+        name : str
+            Folder below that of this run.
 
         Returns
         -------
-        callable
-            ``log(iteration, numbers)``.
+        TensorBoardLog
+            To be closed by the caller.
         """
+        return TensorBoardLog(self._directory / name)
 
-        def log(iteration: int, numbers: dict[str, float]) -> None:
-            for name, value in numbers.items():
-                self._writer.add_scalar(f"training/{fold}/{name}", value, iteration)
+    def iteration(self, number: int, numbers: Mapping[str, float]) -> None:
+        """Show the numbers of one iteration of a training.
 
-        return log
+        Parameters
+        ----------
+        number : int
+            Of the iteration.
+        numbers : mapping of str to float
+            By name; each has the tag ``training/<name>``.
+        """
+        for name, value in numbers.items():
+            self._writer.add_scalar(f"training/{name}", value, number)
 
-    def results(self, results: pd.DataFrame) -> None:
+    def configuration(self, cfg: DictConfig, fold: str) -> None:
+        """Show the configuration and the fold as text.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            The run's.
+        fold : str
+            What was trained on.
+        """
+        yaml = OmegaConf.to_yaml(cfg, resolve=True)
+        self._writer.add_text("configuration", "    " + yaml.replace("\n", "\n    "))
+        self._writer.add_text("fold", fold)
+
+    def weights(self, network: Checkpoint) -> None:
+        """Show histograms of the trained weights.
+
+        Parameters
+        ----------
+        network : Checkpoint
+            Trained.
+        """
+        for name, values in network.model.named_parameters():
+            self._writer.add_histogram(f"weights/{name}", values.detach().numpy())
+
+    def results(self, results: pd.DataFrame) -> dict[str, float]:
         """Show the mean RMSE of every segment, axis and method.
 
         Parameters
         ----------
         results : pandas.DataFrame
             Columns of ``results.csv``.
+
+        Returns
+        -------
+        dict of str to float
+            What is shown, by tag.
         """
         means = results.groupby(["segment", "axis", "method"])["rmse_deg"].mean().dropna()
-        for names, value in zip(means.index.to_frame(index=False).to_numpy(), means, strict=True):
-            self._writer.add_scalar("/".join(["rmse_deg", *map(str, names)]), value)
+        names = means.index.to_frame(index=False).to_numpy()
+        shown = {
+            "/".join(["rmse_deg", *map(str, parts)]): float(value)
+            for parts, value in zip(names, means, strict=True)
+        }
+        self.scalars(shown)
+        return shown
+
+    def scalars(self, numbers: Mapping[str, float]) -> None:
+        """Show numbers that a run has once.
+
+        Parameters
+        ----------
+        numbers : mapping of str to float
+            By tag.
+        """
+        for tag, value in numbers.items():
+            self._writer.add_scalar(tag, value)
+
+    def table_of_runs(self, cfg: DictConfig, metrics: Mapping[str, float]) -> None:
+        """Make the run a row of the HPARAMS page.
+
+        Parameters
+        ----------
+        cfg : omegaconf.DictConfig
+            Its settings are the columns.
+        metrics : mapping of str to float
+            Tags of scalars that were shown already, beside the settings.
+        """
+        # `add_hparams` of torch would open a second run for it
+        writer: Any = self._writer.file_writer
+        for summary in hparams(_settings(cfg), dict(metrics)):
+            writer.add_summary(summary)
 
     def figure(self, name: str, figure: Figure) -> None:
         """Show a figure.
@@ -76,3 +157,16 @@ class TensorBoardLog:
             What to show.
         """
         self._writer.add_figure(name, figure, close=False)
+
+
+def _settings(cfg: DictConfig) -> dict[str, bool | float | str]:
+    chosen = OmegaConf.masked_copy(cfg, [key for key in _COMPARED if key in cfg])
+    content = OmegaConf.to_container(chosen, resolve=True)
+    table = pd.json_normalize(content).iloc[0].to_dict()  # type: ignore[arg-type]
+    return {str(key): _plain(value) for key, value in table.items()}
+
+
+def _plain(value: Any) -> bool | float | str:
+    if isinstance(value, np.generic):
+        value = value.item()
+    return value if isinstance(value, bool | int | float | str) else str(value)

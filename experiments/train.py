@@ -1,67 +1,157 @@
 """Train a network and leave it as a checkpoint.
 
-python -m experiments.train data=smartphone_pocket data_root=DIR teacher=reference seed=1
+narx-train data=smartphone_pocket data_root=DIR teacher=reference seed=1
 """
 
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
+import pandas as pd
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
 
+from narx.datasets.base import TrialSource
+from narx.datasets.splits import Fold, load_calibrated
 from narx.errors import UserError
-from narx.experiments.command import command, run_directory
+from narx.evaluation.comparison import Evaluated, rows
+from narx.evaluation.results import results_table, write_results
+from narx.evaluation.trial import evaluate_trial
+from narx.evaluation.workload import Workload
+from narx.experiments.command import command, in_sweep, run_directory
 from narx.experiments.figures.canvas import save_figure
 from narx.experiments.networks import choose, train
 from narx.experiments.reports.networks import training_history_figure
+from narx.experiments.reports.training import pieces, training_summary
 from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.sources import combined_index, open_sources
 from narx.experiments.tensorboard_log import TensorBoardLog
+from narx.files import atomic_path
 from narx.inference import checkpoint as checkpoints
+from narx.inference.checkpoint import Checkpoint
+
+HELD_BACK = "held_back_error_deg"
+WEIGHTS = "n_weights"
 
 
-def _train(cfg: DictConfig) -> float:
-    """Train on the first fold of the split; returns the validation error, for sweeps."""
+def _train(cfg: DictConfig) -> float | list[float]:
+    """Train on the one fold of the split; returns what a search minimises."""
     seed_everything(cfg.seed)
+    _check_objectives(cfg)
+    workload = Workload()
     rng = np.random.default_rng(cfg.seed)
     directory = run_directory()
     sources = open_sources(cfg)
-    folds = list(instantiate(cfg.split)(combined_index(sources), rng))
+    fold = _only_fold(list(instantiate(cfg.split)(combined_index(sources), rng)))
+    with TensorBoardLog(directory / "tensorboard") as log:
+        log.configuration(cfg, fold.name)
+        with tqdm(desc="iterations", unit="it", disable=in_sweep() or None) as progress:
+
+            def told(iteration: int, numbers: dict[str, float]) -> None:
+                log.iteration(iteration, numbers)
+                progress.update()
+
+            begun = time.perf_counter()
+            chosen = choose(cfg, sources, fold) if cfg.candidates else cfg
+            network = train(chosen, sources, fold, rng, told)
+            workload.training_s = time.perf_counter() - begun
+        checkpoints.save(network, directory / "checkpoint.pt")
+        results, evaluated = _on_own_trials(chosen, sources, fold, network, workload)
+        restarts = network.history["report"]["restarts"]
+        metrics = {
+            HELD_BACK: float(restarts["validation_rmse_best_deg"]),
+            WEIGHTS: float(network.model.structure.n_weights),
+        }
+        figure = training_history_figure(network, fold.name)
+        save_figure(figure, directory / "figures" / "training.png")
+        log.figure("training", figure)
+        log.weights(network)
+        log.scalars(metrics)
+        metrics |= log.results(results)
+        log.table_of_runs(chosen, metrics)
+    summary = training_summary(fold.name, network, results, cfg.training.skip_s)
+    _write(directory, cfg, network, results, pieces(evaluated), summary)
+    write_json(metrics, directory / "metrics.json")
+    write_json(workload.report(), directory / "timing.json")
+    print(
+        f"{fold.name}: held-back error {metrics[HELD_BACK]:.3f} deg, stopped by "
+        f"{network.history['report']['code']}\n{directory / 'checkpoint.pt'}"
+        if in_sweep()
+        else f"{summary}\n{directory / 'checkpoint.pt'}"
+    )
+    return _objectives(cfg, metrics)
+
+
+def _only_fold(folds: list[Fold]) -> Fold:
     if len(folds) != 1:
         raise UserError(
             f"split: training makes one network, this split has {len(folds)} folds; use "
-            "split=everything or split=one_window, or narx.experiments.benchmark to test every fold"
+            "split=everything or split=one_window, or narx-benchmark to test every fold"
         )
-    with (
-        TensorBoardLog(directory / "tensorboard") as log,
-        tqdm(desc="iterations", unit="it", disable=None) as progress,
-    ):
-        to_tensorboard = log.for_fold(folds[0].name)
+    return folds[0]
 
-        def told(iteration: int, numbers: dict[str, float]) -> None:
-            to_tensorboard(iteration, numbers)
-            progress.update()
 
-        if cfg.candidates:
-            cfg = choose(cfg, sources, folds[0])
-        network = train(cfg, sources, folds[0], rng, told)
-        report = network.history["report"]
-        figure = training_history_figure(network, folds[0].name)
-        save_figure(figure, directory / "figures" / "training.png")
-        log.figure("training", figure)
-    checkpoints.save(network, directory / "checkpoint.pt")
+def _on_own_trials(
+    cfg: DictConfig,
+    sources: Mapping[str, TrialSource],
+    fold: Fold,
+    network: Checkpoint,
+    workload: Workload,
+) -> tuple[pd.DataFrame, list[Evaluated]]:
+    all_rows, evaluated = [], []
+    methods = {"narx": network.method()}
+    for part in {part.key: part for part in fold.training}.values():
+        trial, segments = load_calibrated(sources, part, cfg.calibration)
+        here, _ = evaluate_trial(
+            trial, segments, methods, part.whole(), cfg.training.skip_s, workload
+        )
+        all_rows += [row for one in here for row in rows(one)]
+        evaluated += here[-2:]
+    return results_table(all_rows), evaluated
+
+
+def _write(
+    directory: Path,
+    cfg: DictConfig,
+    network: Checkpoint,
+    results: pd.DataFrame,
+    angles: pd.DataFrame,
+    summary: str,
+) -> None:
+    history = network.history
+    write_results(results, directory / "results.csv")
+    with atomic_path(directory / "angles.csv") as temporary:
+        angles.to_csv(temporary, index=False)
+    with atomic_path(directory / "summary.md") as temporary:
+        temporary.write_text(summary, encoding="utf-8")
+    write_json(environment(cfg.seed, history["data_sha256"]), directory / "environment.json")
     write_json(
-        environment(cfg.seed, network.history["data_sha256"]), directory / "environment.json"
-    )
-    write_json(
-        {key: value for key, value in network.history.items() if key != "config"},
+        {key: value for key, value in history.items() if key != "config"},
         directory / "training.json",
     )
-    best = report["restarts"]["validation_rmse_best_deg"]
-    print(
-        f"{folds[0].name}: {network.history['training_s']:.0f} s of training, stopped by "
-        f"{report['code']}, held-back error {best:.3f} deg\n{directory / 'checkpoint.pt'}"
-    )
-    return float(best)
+
+
+def _check_objectives(cfg: DictConfig) -> None:
+    for name in cfg.objectives:
+        if name not in (HELD_BACK, WEIGHTS) and not str(name).startswith("rmse_deg/"):
+            raise UserError(
+                f"objectives holds '{name}', expected {HELD_BACK}, {WEIGHTS} or "
+                "rmse_deg/<segment>/<axis>/narx"
+            )
+    if not cfg.objectives:
+        raise UserError(f"objectives is empty, expected {HELD_BACK} at least")
+
+
+def _objectives(cfg: DictConfig, metrics: Mapping[str, float]) -> float | list[float]:
+    values = []
+    for name in cfg.objectives:
+        # Optuna takes a value that is not finite for a fault of the program
+        if not np.isfinite(metrics.get(name, np.nan)):
+            raise UserError(f"objectives: {name} has no finite value in this run")
+        values.append(metrics[name])
+    return values[0] if len(values) == 1 else values
 
 
 main = command("train")(_train)

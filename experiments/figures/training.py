@@ -22,7 +22,7 @@ def training_figure(
     ----------
     history : mapping of str to sequence of float
         By quantity (``cost``, ``damping``, ``gradient``, ...), a value an iteration of the
-        training that was kept; what is not positive is not drawn.
+        training that was kept; what is not positive is not drawn, nor a panel without any.
     others : sequence of sequence of float
         First quantity of the other restarts, drawn faintly.
     title : str
@@ -33,8 +33,9 @@ def training_figure(
     matplotlib.figure.Figure
         A panel a quantity.
     """
-    figure, grid = panels(1, max(len(history), 1), 2.5, 2.1)
-    for k, (panel, (name, values)) in enumerate(zip(grid[0], history.items(), strict=False)):
+    drawn = {name: v for name, v in history.items() if np.isfinite(_positive(v)).any()}
+    figure, grid = panels(1, max(len(drawn), 1), 2.5, 2.1)
+    for k, (panel, (name, values)) in enumerate(zip(grid[0], drawn.items(), strict=False)):
         if k == 0:
             for other in others:
                 panel.plot(_positive(other), color="0.6", linewidth=0.6, alpha=0.6)

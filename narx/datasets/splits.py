@@ -36,6 +36,16 @@ class TrialPart:
         """The trial's names, without the part."""
         return self.source, self.subject, self.condition, self.trial
 
+    def whole(self) -> "TrialPart":
+        """Widen the part to its trial.
+
+        Returns
+        -------
+        TrialPart
+            From the first sample to the last.
+        """
+        return TrialPart(*self.key)
+
 
 @dataclass(frozen=True)
 class Fold:

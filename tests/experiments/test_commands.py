@@ -8,6 +8,7 @@ import pytest
 import torch
 from omegaconf import OmegaConf
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
 from narx.evaluation.results import read_results
 from narx.inference import checkpoint as checkpoints
@@ -41,8 +42,7 @@ def test_training_leaves_configuration_checkpoint_and_events(run_command):
     assert OmegaConf.load(directory / ".hydra" / "config.yaml").seed == 3
     assert json.loads((directory / "environment.json").read_text())["seed"] == 3
     events = EventAccumulator(str(directory / "tensorboard")).Reload()
-    tags = events.Tags()["scalars"]
-    assert any(tag.endswith("/cost") for tag in tags)
+    assert {"training/cost", "held_back_error_deg"} <= set(events.Tags()["scalars"])
     assert "training" in events.Tags()["images"]
     assert (directory / "figures" / "training.png").stat().st_size > 0
 
@@ -59,17 +59,42 @@ def test_the_same_seed_gives_the_same_weights(run_command):
 
 
 @pytest.mark.slow
-def test_a_sweep_leaves_a_run_each(run_command, tmp_path):
-    status, _, err, _ = run_command(
-        "train", "-m", *SMALL, *QUICK, "seed=0,1", f"hydra.sweep.dir={tmp_path}/sweep"
-    )
+def test_a_sweep_leaves_runs_that_compare(run_command, tmp_path):
+    sweep = tmp_path / "sweep"
+    two_people = ("data.simulated_gait.subjects=[S1,S2]", *SMALL[1:])
+    overrides = ("train", "-m", *two_people, *QUICK, "seed=0,1", f"hydra.sweep.dir={sweep}")
+    status, _, err, _ = run_command(*overrides)
     assert status == 0, err
-    runs = sorted((tmp_path / "sweep").glob("seed=*"))
+    runs = sorted(sweep.glob("seed=*"))
     assert [run.name[:7] for run in runs] == ["seed=0-", "seed=1-"]
+    shown = []
     for run in runs:
         assert checkpoints.load(run / "checkpoint.pt")
-        assert len(list((run / "tensorboard").glob("events*"))) == 1
         assert (run / ".hydra" / "overrides.yaml").is_file()
+        assert json.loads((run / "run.json").read_text())["state"] == "finished"
+        timing = json.loads((run / "timing.json").read_text())
+        assert 0 < timing["training_s"] < timing["run_s"]
+        assert "RMSE (°) on the trials trained on" in (run / "summary.md").read_text()
+        results = read_results(run / "results.csv")
+        assert set(results["method"]) == {"narx"}
+        assert len(list((run / "tensorboard").glob("events*"))) == 1
+        events = EventAccumulator(str(run / "tensorboard")).Reload()
+        shown.append((sorted(events.Tags()["scalars"]), sorted(events.Tags()["histograms"])))
+        metrics = json.loads((run / "metrics.json").read_text())
+        for tag, value in metrics.items():
+            assert events.Scalars(tag)[-1].value == pytest.approx(value, rel=1e-6)
+        settings = HParamsPluginData.FromString(
+            events.PluginTagToContent("hparams")["_hparams_/session_start_info"]
+        ).session_start_info.hparams
+        assert settings["seed"].number_value == float(run.name[5])
+        assert settings["model.hidden"].number_value == 3
+    # two people were drawn, and yet the curves share their charts
+    assert shown[0] == shown[1]
+    people = {json.loads((run / "training.json").read_text())["fold"][:2] for run in runs}
+    assert people == {"S1", "S2"}
+    before = {path: path.stat().st_mtime_ns for run in runs for path in run.rglob("*")}
+    assert run_command(*overrides)[0] == 0
+    assert {path: path.stat().st_mtime_ns for run in runs for path in run.rglob("*")} == before
 
 
 @pytest.mark.slow
@@ -153,6 +178,12 @@ def test_every_real_source_runs(run_command, data_root, source):
         ("train", ["data=smartphone_pocket", "data_root=/no/such/folder"], "/no/such/folder"),
         ("train", ["select.subject=Nobody"], "no subject 'Nobody'"),
         ("train", ["split=leave_one_subject_out"], "needs at least two"),
+        ("train", ["objectives=[nonsense]"], "objectives holds 'nonsense'"),
+        (
+            "predict",
+            ["-m", "input=a.csv,b.csv", "output=o.csv"],
+            "predict -m: a call writes one file",
+        ),
         ("benchmark", ["methods=[narx,magic]"], "no method is named 'magic'"),
         ("benchmark", ["checkpoint=/no/such/file.pt"], "/no/such/file.pt"),
         ("benchmark", ["split=leave_one_device_out"], "no column 'device'"),

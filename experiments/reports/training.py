@@ -1,0 +1,97 @@
+"""What a training leaves beside its checkpoint: results on its own trials, in words and numbers."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pandas as pd
+
+from narx.evaluation.comparison import Evaluated
+from narx.experiments.reports.networks import about_network
+from narx.experiments.tables.table import Table
+from narx.inference.checkpoint import Checkpoint
+from narx.kinematics.segment_angles import AXES
+
+# of each joint: enough to see strides, and to draw its errors
+_PIECE_S = 20.0
+_PIECE_RATE_HZ = 25.0
+ANGLE_COLUMNS = ("trial", "segment", "axis", "method", "time_s", "reference_deg", "estimate_deg")
+
+
+def training_summary(fold: str, network: Checkpoint, results: pd.DataFrame, skip_s: float) -> str:
+    """Sum a training up.
+
+    Parameters
+    ----------
+    fold : str
+        Name of what was trained on.
+    network : Checkpoint
+        Trained.
+    results : pandas.DataFrame
+        Columns of ``results.csv``, of the trials trained on.
+    skip_s : float
+        Start of each trial that is not scored, s.
+
+    Returns
+    -------
+    str
+        Markdown: starts and held-back error, then the errors where there is a reference.
+    """
+    paragraphs = [f"# Training on {fold}", about_network(fold, network)]
+    scored = results[results["n_samples"] > 0]
+    if len(scored):
+        mean = scored.groupby(["segment", "axis"], sort=False)["rmse_deg"].mean().unstack("axis")
+        frame = mean.reindex(columns=[axis for axis in AXES if axis in mean])
+        table = Table(
+            "RMSE (°) on the trials trained on",
+            frame,
+            dict.fromkeys(map(str, frame.columns), 2),
+            f"Each trial as a whole, without its first {skip_s:g} s. How the network does on "
+            "other people is for narx-benchmark.",
+        )
+        paragraphs.append(table.to_markdown().strip())
+    else:
+        paragraphs.append("The trials trained on have no reference to compare with.")
+    return "\n\n".join(paragraphs) + "\n"
+
+
+def pieces(evaluated: Iterable[Evaluated]) -> pd.DataFrame:
+    """Cut a short piece out of every joint, or segment where there is no joint.
+
+    Parameters
+    ----------
+    evaluated : iterable of Evaluated
+        Of any number of trials.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `ANGLE_COLUMNS`, a row a sample, axis and method; angles in degrees.
+    """
+    evaluated = list(evaluated)
+    joints = [one for one in evaluated if one.segment.startswith(("knee", "joint"))]
+    tables = [table for one in joints or evaluated for table in _piece(one)]
+    if not tables:
+        return pd.DataFrame(columns=list(ANGLE_COLUMNS))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _piece(one: Evaluated) -> Sequence[pd.DataFrame]:
+    scored = one.time_s[one.scored]
+    if not len(scored):
+        return []
+    thin = one.between(float(scored[0]), float(scored[0]) + _PIECE_S).decimated(_PIECE_RATE_HZ)
+    return [
+        pd.DataFrame(
+            {
+                "trial": "/".join((one.dataset, one.subject, one.condition, one.trial)),
+                "segment": one.segment,
+                "axis": axis,
+                "method": method,
+                "time_s": thin.time_s,
+                "reference_deg": np.degrees(thin.reference_rad[:, k]).round(4),
+                "estimate_deg": np.degrees(angles[:, k]).round(4),
+            }
+        )
+        for method, angles in thin.estimates_rad.items()
+        for k, axis in enumerate(AXES)
+    ]
