@@ -68,8 +68,8 @@ def test_python_blocks_run(page, tmp_path, monkeypatch):
 
 def test_first_programs_are_short():
     blocks = BLOCKS["docs/python.md"]
-    assert len(blocks) >= 2
-    assert max(len(block.splitlines()) for block in blocks) <= 28
+    assert len(blocks) >= 4
+    assert max(len(block.splitlines()) for block in blocks) <= 25
 
 
 def test_the_picture_of_the_house_shows_the_rooms():
