@@ -14,7 +14,11 @@ import torch
 from narx.inference import pretrained
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = ["README.md", *(str(p.relative_to(ROOT)) for p in sorted((ROOT / "docs").rglob("*.md")))]
+PAGES = [
+    "README.md",
+    "CONTRIBUTING.md",
+    *(str(p.relative_to(ROOT)) for p in sorted((ROOT / "docs").rglob("*.md"))),
+]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 BLOCKS = {page: BLOCK.findall((ROOT / page).read_text()) for page in PAGES}
 
@@ -70,6 +74,10 @@ def test_first_programs_are_short():
     blocks = BLOCKS["docs/python.md"]
     assert len(blocks) >= 4
     assert max(len(block.splitlines()) for block in blocks) <= 25
+
+
+def test_examples_of_additions_are_short():
+    assert max(len(block.splitlines()) for block in BLOCKS["CONTRIBUTING.md"]) < 50
 
 
 def test_the_picture_of_the_house_shows_the_rooms():
