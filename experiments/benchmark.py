@@ -104,6 +104,11 @@ def run(
     if not all_rows:
         raise UserError(_nothing_to_score(sources, report, gathered))
     gathered.results = results_table(all_rows)
+    if not gathered.results["n_samples"].any():
+        raise UserError(
+            f"data={','.join(sources)}: nothing to score, no trial has a reference to compare "
+            "with; narx-predict gives the angles"
+        )
     return gathered
 
 

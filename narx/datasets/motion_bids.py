@@ -1,13 +1,12 @@
 """Recordings in Motion-BIDS form.
 
 Jeung et al.: Motion-BIDS, an extension to the brain imaging data structure to organize motion
-data for reproducible research, Scientific Data 11:716, 2024. Read are, for every
-``sub-<subject>[_ses-<>]_task-<task>[_acq-<>]_tracksys-<system>[_run-<>]_motion.tsv``, the channels
-of type GYRO and ACCEL (x, y, z) and ORNT (quat_w, quat_x, quat_y, quat_z), by tracked point.
+data for reproducible research, Scientific Data 11:716, 2024. Read are, for every raw
+``*_motion.tsv`` with the entities sub, task and tracksys (and ses, acq, run), the channels of type
+GYRO and ACCEL (x, y, z) and ORNT (quat_w, quat_x, quat_y, quat_z), by tracked point; sampling rate,
+latencies, status and acquisition times with them.
 """
 
-import json
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import ClassVar
@@ -17,27 +16,19 @@ import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from narx.datasets.base import TrialSource
-from narx.datasets.text_table import read_numbers
-from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
+from narx.datasets.bids_files import entities_of, raw_motion_files, start_offsets_s
+from narx.datasets.bids_system import QUATERNION, VECTOR, TrackingSystem
+from narx.datasets.segment_names import safe_name, segment_of
+from narx.datasets.tracked_sensor import AlignedSensors, RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError, UserError
 from narx.files import sha256_of
+from narx.recordings.plausibility import admit
 from narx.recordings.resampling import uniform_clock
 from narx.recordings.rest import first_rest_s
-from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
+from narx.recordings.stamps import checked_rate_hz
+from narx.recordings.trial import ImuRecording, ReferenceOrientation, Trial
 from narx.types import FloatArray
 
-_FILE = re.compile(
-    r"sub-(?P<sub>[^_]+)(?:_ses-(?P<ses>[^_]+))?_task-(?P<task>[^_]+)(?:_acq-(?P<acq>[^_]+))?"
-    r"_tracksys-(?P<system>[^_]+)(?:_run-(?P<run>[^_]+))?_motion\.tsv"
-)
-_VECTOR = ("x", "y", "z")
-_QUATERNION = ("quat_w", "quat_x", "quat_y", "quat_z")
-_UNITS = {
-    "GYRO": {"rad/s": 1.0, "deg/s": np.pi / 180.0, "°/s": np.pi / 180.0},
-    "ACCEL": {"m/s^2": 1.0, "m/s²": 1.0, "m/s2": 1.0, "g": GRAVITY_M_S2},
-    "LATENCY": {"s": 1.0, "ms": 1e-3},
-}
-_BODY_PARTS = ("thigh", "shank", "pelvis", "foot")
 _MAX_TILT_RAD = np.radians(15.0)
 _MIN_REST_S = 0.5
 
@@ -66,7 +57,11 @@ class MotionBids(TrialSource):
         segments: Mapping[str, str] | None = None,
     ) -> None:
         self._root = root
-        self._sampling_rate_hz = sampling_rate_hz
+        self._sampling_rate_hz = (
+            None
+            if sampling_rate_hz is None
+            else checked_rate_hz(sampling_rate_hz, "motion_bids: sampling_rate_hz")
+        )
         self._segments = dict(segments or {})
 
     def _recordings(self) -> dict[tuple[str, str, str], list[Path]]:
@@ -77,11 +72,13 @@ class MotionBids(TrialSource):
         if not folder.is_dir():
             raise UserError(f"motion_bids: no folder '{folder}'")
         found: dict[tuple[str, str, str], list[Path]] = {}
-        for path in sorted(folder.rglob("*_motion.tsv")):
-            if match := _FILE.fullmatch(path.name):
-                parts = [match["task"], match["ses"], match["acq"]]
-                condition = "_".join(part for part in parts if part)
-                found.setdefault((match["sub"], condition, match["run"] or "1"), []).append(path)
+        for path in raw_motion_files(folder):
+            entities = entities_of(path.name)
+            parts = [entities.get(key, "") for key in ("task", "ses", "acq")]
+            condition = "_".join(part for part in parts if part)
+            found.setdefault((entities["sub"], condition, entities.get("run", "1")), []).append(
+                path
+            )
         if not found:
             raise RecordingError(
                 f"{folder}: no trial; expected files like sub-01_task-walk_tracksys-imu_motion.tsv"
@@ -91,49 +88,82 @@ class MotionBids(TrialSource):
     def _list_trials(self) -> pd.DataFrame:
         return pd.DataFrame(list(self._recordings()), columns=["subject", "condition", "trial"])
 
-    def _load(self, subject: str, condition: str, trial: str) -> Trial:
-        files = self._recordings()[subject, condition, trial]
-        systems = [_System(path) for path in files]
+    def _segments_of(self, points: list[str]) -> dict[str, str]:
+        """Segment of each tracked point; points that would share one keep their own names."""
+        named = {point: self._segments.get(point) or segment_of(point) for point in points}
+        names = list(named.values())
+        return {
+            point: segment if names.count(segment) == 1 else safe_name(point)
+            for point, segment in named.items()
+        }
+
+    def _inertial(
+        self, systems: list[TrackingSystem], notes: list[str]
+    ) -> tuple[dict[str, tuple[FloatArray, FloatArray]], float | None]:
+        """Gyroscope and accelerometer by segment, and the rate of the first system with one."""
         inertial: dict[str, tuple[FloatArray, FloatArray]] = {}
-        optical: dict[str, tuple[FloatArray, FloatArray]] = {}
         native_hz = None
         for system in systems:
-            for point in system.points("GYRO"):
-                segment = self._segments.get(point) or segment_of(point)
+            for point, segment in self._segments_of(system.points("GYRO")).items():
                 if segment in inertial:
-                    raise RecordingError(f"{system.path}: segment '{segment}' occurs twice")
+                    notes.append(f"{system.path.name}: a second sensor on '{segment}', not read")
+                    continue
+                gyroscope = system.table(point, "GYRO", VECTOR)
+                if gyroscope is None:
+                    notes.append(f"{system.path.name}: no gyroscope x, y, z of '{point}', not read")
+                    continue
+                accelerometer = system.table(point, "ACCEL", VECTOR)
+                if accelerometer is None:
+                    notes.append(f"{system.path.name}: no accelerometer x, y, z of '{point}'")
+                    accelerometer = np.full_like(gyroscope, np.nan)
+                    accelerometer[:, 0] = gyroscope[:, 0]
+                where = f"{system.path}: '{point}'"
+                sensor = admit(
+                    ImuRecording(segment, gyroscope[:, 0], gyroscope[:, 1:], accelerometer[:, 1:]),
+                    where,
+                )
+                notes += [f"{where}: {note}" for note in sensor.notes]
                 inertial[segment] = (
-                    system.table(point, "GYRO", _VECTOR),
-                    system.table(point, "ACCEL", _VECTOR),
+                    np.column_stack([sensor.time_s, sensor.gyroscope_rad_s]),
+                    np.column_stack([sensor.time_s, sensor.accelerometer_m_s2]),
                 )
                 native_hz = native_hz or system.rate_hz
-            for point in system.points("ORNT"):
-                segment = self._segments.get(point) or segment_of(point)
-                table = system.table(point, "ORNT", _QUATERNION)
-                optical[segment] = (table[:, 0], table[:, 1:])
+        return inertial, native_hz
+
+    def _optical(
+        self, systems: list[TrackingSystem], wanted: Mapping[str, object], notes: list[str]
+    ) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Times and orientations of the segments that have a sensor."""
+        optical: dict[str, tuple[FloatArray, FloatArray]] = {}
+        for system in systems:
+            for point, segment in self._segments_of(system.points("ORNT")).items():
+                table = system.table(point, "ORNT", QUATERNION)
+                if table is None:
+                    notes.append(
+                        f"{system.path.name}: the orientation (ORNT) of '{point}' is given by "
+                        "Euler angles or in part, not as a quaternion: not read"
+                    )
+                elif segment in wanted and segment not in optical:
+                    optical[segment] = table[:, 0], table[:, 1:]
+        return optical
+
+    def _load(self, subject: str, condition: str, trial: str) -> Trial:
+        files = self._recordings()[subject, condition, trial]
+        systems, notes = _opened(files, Path(str(self._root)).expanduser())
+        inertial, native_hz = self._inertial(systems, notes)
         if native_hz is None:
             raise RecordingError(f"{files[0]}: no channel of type GYRO")
-        rate_hz = float(self._sampling_rate_hz or native_hz)
+        optical = self._optical(systems, inertial, notes)
+        rate_hz = self._sampling_rate_hz or native_hz
         gap_s = 2.5 / native_hz
-        rest_s = first_rest_s([gyroscope[:, 1:] for gyroscope, _ in inertial.values()], native_hz)
         imus: dict[str, ImuRecording]
         reference: dict[str, ReferenceOrientation] = {}
         offsets: dict[str, float] = {}
-        notes: tuple[str, ...] = ()
         if inertial.keys() <= optical.keys():
-            aligned = align_sensors(
-                {
-                    segment: RawSensor(gyroscope, accelerometer, np.zeros(3), *optical[segment])
-                    for segment, (gyroscope, accelerometer) in inertial.items()
-                },
-                rate_hz,
-                max_gap_s=gap_s,
-                max_optical_gap_s=max(
-                    2.5 * float(np.median(np.diff(time))) for time, _ in optical.values()
-                ),
-            )
+            aligned = _aligned(files[0], inertial, optical, rate_hz, gap_s)
             imus, reference = aligned.imus, aligned.reference
-            offsets, notes = aligned.clock_offset_s, aligned.notes
+            offsets = aligned.clock_offset_s
+            notes += aligned.notes
             _check_upright(files[0], imus, reference)
         else:
             tables = [table for pair in inertial.values() for table in pair]
@@ -141,7 +171,8 @@ class MotionBids(TrialSource):
                 max(table[0, 0] for table in tables), min(t[-1, 0] for t in tables), rate_hz
             )
             imus = {s: on_clock(s, *pair, clock, max_gap_s=gap_s) for s, pair in inertial.items()}
-            notes = ("no reference: not every sensor's tracked point has an orientation (ORNT)",)
+            notes.append("no reference: not every sensor's tracked point has an orientation (ORNT)")
+        rest_s = first_rest_s([imu.gyroscope_rad_s for imu in imus.values()], rate_hz)
         rested = rest_s >= _MIN_REST_S
         start_s = float(next(iter(imus.values())).time_s[0])
         return Trial(
@@ -160,102 +191,35 @@ class MotionBids(TrialSource):
         )
 
 
-class _System:
-    """One tracking system's file with its channel table and sidecar."""
+def _opened(files: list[Path], root: Path) -> tuple[list[TrackingSystem], list[str]]:
+    """Open all systems of a trial on one clock, which begins with the first of them."""
+    begins_s = start_offsets_s(files, root)
+    systems = [TrackingSystem(path, root, begins_s.get(path, 0.0)) for path in files]
+    notes = [note for system in systems for note in system.notes]
+    late = {path.name: begin for path, begin in begins_s.items() if begin}
+    notes += [f"{name} begins {begin:g} s later, by acq_time" for name, begin in late.items()]
+    return systems, notes
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        stem = path.name.removesuffix("_motion.tsv")
-        sidecar = path.with_name(f"{stem}_motion.json")
-        channels = path.with_name(f"{stem}_channels.tsv")
-        try:
-            self.rate_hz = float(json.loads(sidecar.read_text("utf-8"))["SamplingFrequency"])
-        except FileNotFoundError:
-            raise RecordingError(f"{sidecar}: no such file") from None
-        except (KeyError, TypeError, ValueError) as error:
-            raise RecordingError(
-                f"{sidecar}: no number 'SamplingFrequency' ({type(error).__name__})"
-            ) from None
-        try:
-            self._channels = pd.read_csv(channels, sep="\t", dtype=str, keep_default_na=False)
-        except FileNotFoundError:
-            raise RecordingError(f"{channels}: no such file") from None
-        except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-            raise RecordingError(f"{channels}: not a table ({error})") from None
-        needed = {"component", "type", "tracked_point", "units"} - set(self._channels)
-        if needed:
-            raise RecordingError(f"{channels}: no column '{sorted(needed)[0]}'")
-        self._values = read_numbers(path, separator="\t", missing_allowed=True)
-        if self._values.shape[1] != len(self._channels):
-            raise RecordingError(
-                f"{path}: {self._values.shape[1]} columns, but {channels.name} lists "
-                f"{len(self._channels)} channels"
-            )
-        latency = self._channels.index[self._channels["type"].str.upper() == "LATENCY"]
-        self._time_s = (
-            self._column(latency[0], "LATENCY")
-            if len(latency)
-            else np.arange(len(self._values)) / self.rate_hz
+
+def _aligned(
+    path: Path,
+    inertial: Mapping[str, tuple[FloatArray, FloatArray]],
+    optical: Mapping[str, tuple[FloatArray, FloatArray]],
+    rate_hz: float,
+    max_gap_s: float,
+) -> AlignedSensors:
+    frames = [optical[segment][0] for segment in inertial]
+    sensors = {
+        segment: RawSensor(gyroscope, accelerometer, np.zeros(3), *optical[segment])
+        for segment, (gyroscope, accelerometer) in inertial.items()
+    }
+    max_optical_gap_s = max(2.5 * float(np.median(np.diff(time))) for time in frames)
+    try:
+        return align_sensors(
+            sensors, rate_hz, max_gap_s=max_gap_s, max_optical_gap_s=max_optical_gap_s
         )
-
-    def points(self, kind: str) -> list[str]:
-        """Tracked points that have channels of a type."""
-        of_kind = self._channels[self._channels["type"].str.upper() == kind]
-        return list(dict.fromkeys(of_kind["tracked_point"]))
-
-    def table(self, point: str, kind: str, components: tuple[str, ...]) -> FloatArray:
-        """Time and the components of a tracked point, in SI; missing samples are NaN."""
-        columns = [self._time_s]
-        for component in components:
-            found = self._channels.index[
-                (self._channels["tracked_point"] == point)
-                & (self._channels["type"].str.upper() == kind)
-                & (self._channels["component"].str.lower() == component)
-            ]
-            if len(found) != 1:
-                raise RecordingError(
-                    f"{self.path}: {len(found)} channels {kind} {component} of '{point}', "
-                    "expected one"
-                )
-            columns.append(self._column(found[0], kind))
-        return np.column_stack(columns)
-
-    def _column(self, channel: int, kind: str) -> FloatArray:
-        values = self._values[:, channel]
-        if kind not in _UNITS:
-            return values
-        unit = self._channels["units"][channel].strip()
-        if unit not in _UNITS[kind]:
-            raise RecordingError(
-                f"{self.path}: channel {channel + 1} ({kind}) has unit '{unit}', expected "
-                f"{' or '.join(_UNITS[kind])}"
-            )
-        return values * _UNITS[kind][unit]
-
-
-def segment_of(tracked_point: str) -> str:
-    """Guess the segment from the name of a tracked point.
-
-    Parameters
-    ----------
-    tracked_point : str
-        Such as ``LeftThigh``, ``shank_r`` or ``pelvis``.
-
-    Returns
-    -------
-    str
-        Body part and side where both are recognised (``thigh_left``), the body part alone where
-        no side is, otherwise the name itself.
-    """
-    words = re.findall(r"[a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", tracked_point).lower())
-    part = next((p for p in _BODY_PARTS if any(p in word for word in words)), None)
-    if part is None:
-        return tracked_point
-    joined = " ".join(words)
-    for side in ("left", "right"):
-        if side in joined or side[0] in words:
-            return f"{part}_{side}"
-    return part
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from error
 
 
 def _check_upright(
@@ -267,6 +231,8 @@ def _check_upright(
     for segment, one in reference.items():
         force = imus[segment].accelerometer_m_s2
         there = np.isfinite(one.quaternion_wxyz).all(axis=1) & np.isfinite(force).all(axis=1)
+        if not there.any():
+            continue
         rotation = Rotation.from_quat(one.quaternion_wxyz[there], scalar_first=True)
         mean = rotation.apply(force[there]).mean(axis=0)
         tilt = np.arccos(np.clip(mean[2] / np.linalg.norm(mean), -1.0, 1.0))

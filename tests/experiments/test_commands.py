@@ -2,7 +2,9 @@
 
 import json
 import shutil
+from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 import torch
@@ -224,3 +226,30 @@ def test_results_table_is_plain_csv(tmp_path):
 
     write_results(results_table([]), tmp_path / "results.csv")
     assert list(pd.read_csv(tmp_path / "results.csv").columns) == list(COLUMNS)
+
+
+def test_a_benchmark_without_any_reference_says_so(run_command, tmp_path):
+    stem = tmp_path / "data" / "motion_bids" / "sub-1" / "motion" / "sub-1_task-walk_tracksys-imu"
+    stem.parent.mkdir(parents=True)
+    rows = [
+        f"{kind}{c}\t{c}\t{kind}\tthigh_right\t{unit}"
+        for kind, unit in (("GYRO", "rad/s"), ("ACCEL", "g"))
+        for c in "xyz"
+    ]
+    header = "name\tcomponent\ttype\ttracked_point\tunits"
+    Path(f"{stem}_channels.tsv").write_text("\n".join([header, *rows]) + "\n")
+    Path(f"{stem}_motion.json").write_text('{"SamplingFrequency": 50}')
+    phase = 2 * np.pi * 0.9 * np.arange(1500) / 50.0
+    swing = -0.4 * np.sin(phase + 0.35 * np.sin(phase))
+    rate = np.gradient(swing) * 50.0
+    still = np.zeros(1500)
+    values = np.column_stack([still, rate, still, -np.sin(swing), still, np.cos(swing)])
+    np.savetxt(f"{stem}_motion.tsv", values, delimiter="\t", fmt="%.6f")
+    status, _, err, directory = run_command(
+        "benchmark", "data=motion_bids", f"data_root={tmp_path / 'data'}", "split=pretrained",
+        "methods=[narx]",
+    )  # fmt: skip
+    assert status == 2
+    assert "nothing to score, no trial has a reference to compare with" in err
+    assert len(err.strip().splitlines()) == 1
+    assert not (directory / "results.csv").exists()

@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import calibrate
-from narx.datasets.motion_bids import MotionBids, segment_of
+from narx.datasets.motion_bids import MotionBids
+from narx.datasets.segment_names import segment_of
 from narx.errors import RecordingError, UserError
 
 _RATE_HZ = 128.0
@@ -114,7 +115,6 @@ def _edit(path, old, new):
         (lambda d: _edit(next(d.glob("*imu*.json")), "Frequency", "F"), "SamplingFrequency"),
         (lambda d: _edit(next(d.glob("*imu*channels*")), "units", "u"), "no column 'units'"),
         (lambda d: _edit(next(d.glob("*imu*channels*")), "deg/s", "rpm"), "unit 'rpm'"),
-        (lambda d: _edit(next(d.glob("*imu*channels*")), "ACCEL", "MISC"), "0 channels ACCEL x"),
         (
             lambda d: _edit(next(d.glob("*imu*channels*")), "GYRO", "MISC"),
             "no channel of type GYRO",
@@ -123,10 +123,11 @@ def _edit(path, old, new):
             lambda d: next(d.glob("*imu*motion.tsv")).write_text("1\t2\n3"),
             "line 2 has 1 values, expected 2",
         ),
-        (
-            lambda d: _edit(next(d.glob("*mocap*channels*")), "quat_w", "w"),
-            "0 channels ORNT quat_w",
-        ),
+        (lambda d: _edit(next(d.glob("*imu*.json")), "128.0", "0"), "expected a positive number"),
+        (lambda d: _edit(next(d.glob("*imu*.json")), "128.0", "NaN"), "expected a positive number"),
+        (lambda d: _edit(next(d.glob("*imu*.json")), "128.0", "[1, 2]"), "expected a positive"),
+        (lambda d: next(d.glob("*imu*.json")).write_bytes(b"\xff\xfe{"), "not JSON"),
+        (lambda d: next(d.glob("*imu*channels*")).write_bytes(b"\xff\xfe{"), "not a table"),
     ],
 )
 def test_damage_ends_in_one_line(folder, damage, message):
@@ -165,7 +166,211 @@ def test_no_folder(tmp_path):
         ("imu l thigh", "thigh_left"),
         ("Pelvis", "pelvis"),
         ("t1", "t1"),
+        ("LThigh", "thigh_left"),
+        ("RShank", "shank_right"),
+        ("lThigh", "thigh_left"),
+        ("rshank", "shank_right"),
+        ("Thigh_L", "thigh_left"),
+        ("RightUpperLeg", "thigh_right"),
+        ("LeftLowerLeg", "shank_left"),
+        ("leftFoot", "foot_left"),
+        ("THIGH RIGHT", "thigh_right"),
+        ("sacrum", "pelvis"),
+        ("head", "head"),
+        ("../../etc/x", "_.._etc_x"),
+        ("a" * 300, "a" * 60),
+        ("\x00..", "_"),
+        ("...", "unnamed"),
     ],
 )
 def test_segments_from_names(point, segment):
     assert segment_of(point) == segment
+
+
+def _rename(folder, old, new):
+    for path in folder.rglob("*"):
+        if path.is_file() and old in path.name:
+            path.rename(path.with_name(path.name.replace(old, new)))
+
+
+def test_entities_stand_in_any_order(folder):
+    _rename(folder, "_tracksys-imu_run-01", "_tracksys-imu_acq-fast_run-01")
+    _rename(folder, "_tracksys-mocap_run-01", "_acq-fast_run-01_tracksys-mocap")
+    trial = MotionBids(root=folder).load("07", "walk_fast", "01")
+    assert set(trial.reference) == {"thigh_left"}
+
+
+def test_metadata_are_inherited_and_the_nearer_wins(folder):
+    own = next(folder.rglob("*imu*motion.json"))
+    own.rename(folder / "task-walk_tracksys-imu_motion.json")
+    assert MotionBids(root=folder).load("07", "walk", "01").sampling_rate_hz == _RATE_HZ
+    (folder / "motion.json").write_text(json.dumps({"SamplingFrequency": 64.0}))
+    (folder / "task-run_motion.json").write_text(json.dumps({"SamplingFrequency": 32.0}))
+    assert MotionBids(root=folder).load("07", "walk", "01").sampling_rate_hz == _RATE_HZ
+    channels = next(folder.rglob("*imu*channels.tsv"))
+    channels.rename(folder / "tracksys-imu_channels.tsv")
+    assert set(MotionBids(root=folder).load("07", "walk", "01").imus) == {"thigh_left"}
+
+
+def test_what_was_derived_is_no_trial(folder):
+    for name in ("derivatives/clean", "sourcedata", "code", ".git"):
+        copied = folder / name / "sub-07" / "motion"
+        copied.mkdir(parents=True)
+        for path in (folder / "sub-07" / "motion").iterdir():
+            (copied / path.name).write_bytes(path.read_bytes())
+    source = MotionBids(root=folder)
+    assert len(source) == 1
+    assert set(source.load("07", "walk", "01").imus) == {"thigh_left"}
+
+
+@pytest.mark.parametrize("unit", ["seconds", "sec", "n/a", "", "s"])
+def test_the_unit_of_latencies_is_fixed(folder, unit):
+    channels = next(folder.rglob("*mocap*channels.tsv"))
+    table = pd.read_csv(channels, sep="\t", keep_default_na=False)
+    table.loc[table.type == "LATENCY", "units"] = unit
+    table.to_csv(channels, sep="\t", index=False)
+    trial = MotionBids(root=folder).load("07", "walk", "01")
+    assert trial.clock_offset_s["thigh_left"] == pytest.approx(-0.05, abs=1e-3)
+
+
+def test_what_is_not_needed_does_not_stop_the_reading(folder):
+    """An Euler orientation of a neighbour, and no accelerometer."""
+    _edit(next(folder.rglob("*imu*channels.tsv")), "ACCEL", "MISC")
+    channels = next(folder.rglob("*mocap*channels.tsv"))
+    _edit(channels, "quat_w", "x")
+    trial = MotionBids(root=folder).load("07", "walk", "01")
+    assert not trial.reference
+    assert np.isnan(trial.imus["thigh_left"].accelerometer_m_s2).all()
+    notes = " ".join(trial.notes)
+    assert "the orientation (ORNT) of 'LeftThigh' is given by Euler angles" in notes
+    assert "no accelerometer x, y, z of 'LeftThigh'" in notes
+    assert "no reference" in notes
+
+
+def test_two_systems_on_one_point(folder):
+    _write(folder, "second", _RATE_HZ, _channels("LeftThigh", "GYRO", "xyz", "deg/s"),
+           np.degrees(np.random.default_rng(0).normal(0, 0.5, (2560, 3))))  # fmt: skip
+    trial = MotionBids(root=folder).load("07", "walk", "01")
+    assert set(trial.imus) == {"thigh_left"}
+    assert any("a second sensor on 'thigh_left', not read" in note for note in trial.notes)
+
+
+def test_two_points_on_one_segment_keep_their_names(folder):
+    channels = next(folder.rglob("*imu*channels.tsv"))
+    path = next(folder.rglob("*imu*_motion.tsv"))
+    table = pd.read_csv(channels, sep="\t")
+    second = table.assign(tracked_point="left_thigh_lower")
+    pd.concat([table, second]).to_csv(channels, sep="\t", index=False)
+    values = pd.read_csv(path, sep="\t", header=None)
+    pd.concat([values, values], axis=1).to_csv(
+        path, sep="\t", header=False, index=False, na_rep="n/a"
+    )
+    trial = MotionBids(root=folder).load("07", "walk", "01")
+    assert set(trial.imus) == {"LeftThigh", "left_thigh_lower"}
+
+
+def test_short_side_names(folder):
+    for path in folder.rglob("*channels.tsv"):
+        _edit(path, "LeftThigh", "LThigh")
+    assert set(MotionBids(root=folder).load("07", "walk", "01").imus) == {"thigh_left"}
+
+
+def test_a_bad_channel_is_missing(folder):
+    channels = next(folder.rglob("*imu*channels.tsv"))
+    table = pd.read_csv(channels, sep="\t")
+    table["status"] = ["good"] * 3 + ["bad"] + ["good"] * 2
+    table.to_csv(channels, sep="\t", index=False)
+    trial = MotionBids(root=folder).load("07", "walk", "01")
+    assert np.isnan(trial.imus["thigh_left"].accelerometer_m_s2).all()
+    assert any("status bad, not read: ACCEL of LeftThigh" in note for note in trial.notes)
+
+
+def test_the_effective_rate_is_the_rate(folder):
+    sidecar = next(folder.rglob("*imu*motion.json"))
+    sidecar.write_text(
+        json.dumps({"SamplingFrequency": 100, "SamplingFrequencyEffective": _RATE_HZ})
+    )
+    trial = MotionBids(root=folder).load("07", "walk", "01")
+    assert trial.sampling_rate_hz == _RATE_HZ
+    assert trial.time_s[-1] == pytest.approx(20.0, abs=0.1)
+
+
+def test_acquisition_times_bring_systems_together(tmp_path):
+    """The shank's system began 2 s after the thigh's; both see the same motion."""
+    for system, point, rate_hz, begin in (
+        ("imuS", "shank_right", 25.6, 2.0),
+        ("imuT", "thigh_right", 25.0, 0.0),
+    ):
+        time = np.arange(begin, 22.0, 1 / rate_hz)
+        rate = (_motion(time - 1e-4).inv() * _motion(time + 1e-4)).as_rotvec() / 2e-4
+        force = _motion(time).inv().apply([0.0, 0.0, 9.81])
+        channels = _channels(point, "GYRO", "xyz", "rad/s") + _channels(
+            point, "ACCEL", "xyz", "m/s^2"
+        )
+        _write(tmp_path, system, rate_hz, channels, np.hstack([rate, force]), run="")
+    scans = tmp_path / "sub-07" / "sub-07_scans.tsv"
+    scans.write_text(
+        "filename\tacq_time\n"
+        "motion/sub-07_task-walk_tracksys-imuT_motion.tsv\t2024-05-01T10:00:00.000\n"
+        "motion/sub-07_task-walk_tracksys-imuS_motion.tsv\t2024-05-01T10:00:02.000\n"
+    )
+    source = MotionBids(root=tmp_path)
+    trial = source.load("07", "walk", "1")
+    rates = [imu.gyroscope_rad_s[50:-50, 1] for imu in trial.imus.values()]
+    assert np.corrcoef(*rates)[0, 1] > 0.999
+    assert any("imuS_motion.tsv begins 2 s later, by acq_time" in note for note in trial.notes)
+    scans.write_text(scans.read_text().replace("2024-05-01T10:00:02", "yesterday"))
+    with pytest.raises(RecordingError, match=r"scans.tsv: acq_time of .* is 'yesterday.000'"):
+        source.load("07", "walk", "1")
+
+
+def test_a_wrong_unit_is_refused(folder):
+    _edit(next(folder.rglob("*imu*channels.tsv")), "deg/s", "rad/s")
+    with pytest.raises(RecordingError, match=r"'LeftThigh': .* beyond any gyroscope|no leg does"):
+        MotionBids(root=folder).load("07", "walk", "01")
+
+
+# facts of a public example (bids-examples, motion_systemvalidation, subject pp002): its points,
+# the order of its columns, its rates and times; the signals are made up here
+_EXAMPLE_POINTS = (
+    "head", "sternum", "leftUpperArm", "leftForeArm", "rightUpperArm", "rightForeArm", "pelvis",
+    "leftThigh", "leftShank", "leftFoot", "rightThigh", "rightShank", "rightFoot", "leftAnkle",
+    "rightAnkle", "pocket",
+)  # fmt: skip
+
+
+def test_the_form_of_a_public_example(tmp_path):
+    rate_hz = 199.905882352941
+    time = np.arange(0.0, 12.0, 1 / rate_hz)
+    rate = (_motion(time - 1e-4).inv() * _motion(time + 1e-4)).as_rotvec() / 2e-4
+    force = _motion(time).inv().apply([0.0, 0.0, 9.81])
+    field = np.full_like(force, 2e-5)
+    kinds = (("ACCEL", "m/s^2", force), ("GYRO", "rad/s", rate), ("MAGN", "T", field))
+    channels, columns = [], []
+    for kind, units, values in kinds:
+        for point in _EXAMPLE_POINTS:
+            channels += [
+                {"name": f"{point}_{kind}_{c}", "type": kind, "units": units,
+                 "sampling_frequency": rate_hz, "tracked_point": point, "component": c,
+                 "orientation_component": c}
+                for c in "xyz"
+            ]  # fmt: skip
+            columns.append(values)
+    _write(tmp_path, "imu", rate_hz, channels, np.hstack(columns), run="")
+    markers = [
+        {"name": f"{point}_POS_{c}", "type": "POS", "units": "m", "tracked_point": point,
+         "component": c}
+        for point in ("lToe", "lSk1", "lTh1", "rTh1") for c in "xyz"
+    ]  # fmt: skip
+    _write(tmp_path, "omc", 199.900398406375, markers, np.zeros((2000, 12)), run="")
+    (tmp_path / "sub-07" / "sub-07_scans.tsv").write_text(
+        "filename\tacq_time\n"
+        + "".join(
+            f"motion/sub-07_task-walk_tracksys-{system}_motion.tsv\t2022-12-05T19:23:27.866Z\n"
+            for system in ("imu", "omc")
+        )
+    )
+    trial = MotionBids(root=tmp_path).load("07", "walk", "1")
+    assert len(trial.imus) == 16
+    assert {"thigh_left", "shank_right", "foot_left", "pelvis", "head"} <= set(trial.imus)
+    assert trial.sampling_rate_hz == rate_hz

@@ -1,0 +1,60 @@
+"""The segment that a tracked point, a column or a file is named after."""
+
+import re
+
+_PARTS = {
+    "thigh": ("thigh", "upperleg", "upleg", "femur"),
+    "shank": ("shank", "lowerleg", "tibia", "shin", "calf"),
+    "pelvis": ("pelvis", "sacrum", "sacral"),
+    "foot": ("foot",),
+}
+_SIDES = {"left": ("left", "l"), "right": ("right", "r")}
+_MAX_LETTERS = 60
+
+
+def segment_of(name: str) -> str:
+    """Guess the segment from a name.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``LeftThigh``, ``shank_r``, ``RThigh``, ``RightUpperLeg`` or ``pelvis``.
+
+    Returns
+    -------
+    str
+        Body part and side where both are recognised (``thigh_left``), the body part alone where
+        no side is, otherwise the name itself, made safe for a file's name.
+    """
+    spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
+    spaced = re.sub(r"([A-Z])([A-Z][a-z])", r"\1 \2", spaced)
+    words = re.findall(r"[a-z]+", spaced.lower())
+    joined = "".join(words)
+    part = next((part for part, known in _PARTS.items() if any(k in joined for k in known)), None)
+    if part is None:
+        return safe_name(name)
+    rest = joined
+    for known in _PARTS[part]:
+        rest = rest.replace(known, "")
+    for side, spellings in _SIDES.items():
+        # a single letter counts on its own, or glued to the part: lthigh
+        if spellings[0] in joined or spellings[1] in words or rest == spellings[1]:
+            return f"{part}_{side}"
+    return part
+
+
+def safe_name(name: str) -> str:
+    """Make a name from a file into one that may be part of a path.
+
+    Parameters
+    ----------
+    name : str
+        Anything.
+
+    Returns
+    -------
+    str
+        Letters, digits, blanks and ``_ - + .``; no leading dot, 60 at most, never empty.
+    """
+    kept = re.sub(r"[^\w +.-]", "_", name).lstrip(". ")[:_MAX_LETTERS].rstrip(". ")
+    return kept or "unnamed"
