@@ -1,10 +1,10 @@
-"""Whole recordings: the closed loop, its adjoint, and Jacobians, tile after tile."""
+"""Whole recordings: the closed loop and its adjoint, tile after tile."""
 
 from typing import Any
 
 import numpy as np
 
-from narx.kernels.axis_tile import advance, head, linearise, predict, propagate
+from narx.kernels.axis_tile import advance, head, linearise, predict
 from narx.kernels.compiler import JIT, compiled
 from narx.kernels.lanes import load, splat, store
 from narx.kernels.sizes import VECTOR
@@ -115,7 +115,7 @@ def adjoint(
             fetch_inputs(inputs, state, sequence, start, n, x, shape, lanes)
             fetch_outputs(outputs, state, sequence, start, n, y, shape, lanes)
             predict(packed, x, y, out, h, n, shape, lanes, exact)
-            linearise(packed, x, y, h, rows, 0, lead, feedback, 0, n, shape, lanes, True)
+            linearise(packed, x, y, h, rows, lead, feedback, 0, n, shape, lanes, True)
             lam[:] = 0.0
             for lane in range(width):
                 for t in range(n):
@@ -157,60 +157,3 @@ def adjoint(
                 d_state[q, i] = ask_x[i // n_inputs, i % n_inputs, lane]
             for m in range(n_out):
                 d_state[q, n_past + m] = ask_y[m, lane]
-
-
-@compiled(**JIT)
-def jacobian(
-    weights: Any,
-    inputs: Any,
-    state: Any,
-    measured: Any,
-    first: int,
-    last: int,
-    outputs: Any,
-    jac: Any,
-    shape: Any,
-    lanes: Any,
-    exact: Any,
-    recurrent: Any,
-) -> None:
-    """Outputs (B, N) and their derivatives (B, N, P); open loop without `recurrent`."""
-    n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
-    width = len(lanes)
-    n_weights = weights.shape[1]
-    tile = TILE_COLUMNS // width
-    n_samples = outputs.shape[1]
-    sequence = np.zeros(width, np.int64)
-    packed = np.empty((n_weights, width))
-    x = aligned(n_inputs, columns_for((n_in + tile) * width))
-    y = aligned(1, columns_for((n_out + tile) * width))
-    out = aligned(1, columns_for((n_out + tile) * width))
-    h = aligned(n_hidden, columns_for(tile * width))
-    rows = aligned((n_weights + 3) // 4 * 4, columns_for((n_out + tile) * width + 8))
-    feedback = aligned(n_out, columns_for(tile * width))
-    lead = head(n_out, width)
-    for group in range(first, last, width):
-        used = lanes_from(group, last, sequence)
-        fetch_weights(weights, sequence, packed)
-        rows[:] = 0.0
-        for start in range(0, n_samples, tile):
-            n = min(tile, n_samples - start)
-            fetch_inputs(inputs, state, sequence, start, n, x, shape, lanes)
-            if recurrent is None:
-                fetch_outputs(measured, state, sequence, start, n, y, shape, lanes)
-                predict(packed, x, y, out, h, n, shape, lanes, exact)
-                linearise(packed, x, y, h, rows, 0, lead, feedback, 0, n, shape, lanes, recurrent)
-            else:
-                fetch_outputs(outputs, state, sequence, start, 0, out, shape, lanes)
-                advance(packed, x, out, h, 0, n, shape, lanes, exact)
-                linearise(packed, x, out, h, rows, 0, lead, feedback, 0, n, shape, lanes, recurrent)
-                propagate(rows, feedback, 0, n, shape, lanes)
-            for lane in range(used):
-                q = group + lane
-                for t in range(n):
-                    outputs[q, start + t] = out[0, (t + n_out) * width + lane]
-                    for i in range(n_weights):
-                        jac[q, start + t, i] = rows[i, lead + t * width + lane]
-            for i in range(n_weights):
-                for at in range(lead):
-                    rows[i, at] = rows[i, at + n * width]

@@ -27,7 +27,6 @@ def normal_equations(
     groups: Any,
     washout: int,
     horizon: int,
-    final: Any,
     sums: Any,
     shape: Any,
     lanes: Any,
@@ -40,8 +39,7 @@ def normal_equations(
     inputs (B, N, C), targets (B, N), state (B, S), roots (B,): square root of a sequence's
     weight, lengths (B,): samples that count. Residual and derivative are zero where the target
     is NaN. `horizon` > 0 starts again from measured outputs every so many samples; without
-    `recurrent` every sample does. final (B, S) takes the state at the end. Row P of sums is the
-    residuals'.
+    `recurrent` every sample does. Row P of sums is the residuals'.
     """
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width, n_weights = len(lanes), len(weights)
@@ -74,7 +72,7 @@ def normal_equations(
                 fetch_outputs(targets, state, sequence, start, n, y, shape, lanes)
                 whole &= skip_missing(y, root, n, n_out, width)
                 predict(weights, x, y, out, h, n, shape, lanes, exact)
-                linearise(weights, x, y, h, rows, 0, lead, feedback, 0, n, shape, lanes, recurrent)
+                linearise(weights, x, y, h, rows, lead, feedback, 0, n, shape, lanes, recurrent)
                 residuals(out, targets, sequence, start, 0, n, rows, n_weights, n_out, width)
             else:
                 begin = 0
@@ -86,7 +84,7 @@ def normal_equations(
                         end = min(n, begin + horizon - (start + begin) % horizon)
                     advance(weights, x, y, h, begin, end, shape, lanes, exact)
                     linearise(
-                        weights, x, y, h, rows, 0, lead, feedback, begin, end, shape, lanes, True
+                        weights, x, y, h, rows, lead, feedback, begin, end, shape, lanes, True
                     )
                     if horizon > 0:
                         cut(feedback, begin, end, since)
@@ -109,8 +107,6 @@ def normal_equations(
                 for i in range(n_weights):
                     rows[i, lead - n_out * width + at] = past[i, at]
                 y[0, at] = y[0, at + n * width]
-        if recurrent is not None:
-            finish(inputs, state, group, n_samples, y, final, shape)
 
 
 @compiled(**INNER)
@@ -210,19 +206,3 @@ def cut(feedback: Any, begin: int, end: int, since: Any) -> None:
             for m in range(since[lane], len(feedback)):
                 feedback[m, t * width + lane] = 0.0
             since[lane] += 1
-
-
-@compiled(**INNER)
-def finish(inputs: Any, state: Any, group: Any, n: int, y: Any, final: Any, shape: Any) -> None:
-    """Collect the state after sample `n` of each sequence of a group."""
-    n_inputs, n_in, n_out = len(shape[1]), len(shape[2]), len(shape[3])
-    width, n_past = len(group), n_inputs * (n_in - 1)
-    for lane in range(width):
-        q = group[lane]
-        if q < 0:
-            continue
-        for i in range(n_past):
-            k, c = n - 1 - i // n_inputs, i % n_inputs
-            final[q, i] = inputs[q, k, c] if k >= 0 else state[q, (-k - 1) * n_inputs + c]
-        for m in range(n_out):
-            final[q, n_past + m] = y[0, (n_out - 1 - m) * width + lane]

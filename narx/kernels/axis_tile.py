@@ -86,7 +86,6 @@ def linearise(
     y: Any,
     h: Any,
     rows: Any,
-    row: int,
     lead: int,
     feedback: Any,
     start: int,
@@ -97,9 +96,8 @@ def linearise(
 ) -> None:
     """Differentiate samples: by weights to `rows`, by the outputs before to `feedback`.
 
-    The first weight's row is `row`, the column of sample 0 `lead`.
-    Without `recurrent`, `feedback` is left alone. Up to seven columns beyond the last are
-    written as well.
+    The column of sample 0 is `lead`. Without `recurrent`, `feedback` is left alone. Up to seven
+    columns beyond the last are written as well.
     """
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width, n_v, n_features = len(lanes), n_inputs * n_in, n_inputs * n_in + n_out
@@ -111,22 +109,22 @@ def linearise(
             activation = load(v, h, (j, at))
             w = spread(v, lanes, weights, (slope + j, 0))
             d = w - (w * activation) * activation
-            store(v, rows, (row + bias + j, to), d)
-            store(v, rows, (row + slope + j, to), activation)
+            store(v, rows, (bias + j, to), d)
+            store(v, rows, (slope + j, to), activation)
             for i in range(n_in):
                 for c in range(n_inputs):
                     p = load(v, x, (c, at + (n_in - 1 - i) * width))
-                    store(v, rows, (row + j * n_features + i * n_inputs + c, to), d * p)
+                    store(v, rows, (j * n_features + i * n_inputs + c, to), d * p)
             for m in range(n_out):
                 p = load(v, y, (0, at + (n_out - 1 - m) * width))
-                store(v, rows, (row + j * n_features + n_v + m, to), d * p)
-        store(v, rows, (row + slope + n_hidden, to), splat(v, 1.0))
+                store(v, rows, (j * n_features + n_v + m, to), d * p)
+        store(v, rows, (slope + n_hidden, to), splat(v, 1.0))
         if recurrent is not None:
             for m in range(n_out):
                 a = splat(v, 0.0)
                 for j in range(n_hidden):
                     w = spread(v, lanes, weights, (j * n_features + n_v + m, 0))
-                    a = a + w * load(v, rows, (row + bias + j, to))
+                    a = a + w * load(v, rows, (bias + j, to))
                 store(v, feedback, (m, at), a)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from narx.kernels.compiler import INNER, JIT, compiled
 from narx.kernels.coupled_tile import coupled_advance
-from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for, lanes_from
+from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for, fetch_weights, lanes_from
 
 
 @compiled(**INNER)
@@ -16,25 +16,10 @@ def stacked(n: int, n_rows: int, n_columns: int) -> Any:
 
 
 @compiled(**INNER)
-def fetch_lanes(
-    weights: Any,
-    scales: Any,
-    postures: Any,
-    sequence: Any,
-    own: Any,
-    packed: Any,
-    scale: Any,
-    posture: Any,
-) -> None:
-    """Fill what belongs to the lanes: packed (3, P, W), scale (6, W), posture (3, W).
-
-    weights (..., sets, P): one set for all axes, or a set an axis; `own` says whose a lane has.
-    """
-    n_sets = weights.shape[1]
+def fetch_scales(scales: Any, postures: Any, sequence: Any, scale: Any, posture: Any) -> None:
+    """Fill what belongs to the lanes: scale (6, W) and posture (3, W)."""
     for lane in range(len(sequence)):
-        q = own[lane]
         for axis in range(3):
-            packed[axis, :, lane] = weights[q, min(axis, n_sets - 1)]
             posture[axis, lane] = postures[sequence[lane], axis]
         scale[:, lane] = scales
 
@@ -99,14 +84,14 @@ def run(
 ) -> None:
     """Run sequences `first` to `last`: rates (B, N, 3) to angles (B, N, 3).
 
-    weights (B or 1, sets, P), state (B, 3, S), postures (B, 3); scales (6,): one over the scale
+    weights (B or 1, P), state (B, 3, S), postures (B, 3); scales (6,): one over the scale
     of each axis' rate, then the scale of its angle.
     """
     n_hidden, n_in, n_out, width = len(shape[0]), len(shape[2]), len(shape[3]), len(lanes)
     tile = TILE_COLUMNS // width
     n_samples = outputs.shape[1]
-    sequence, own = np.zeros(width, np.int64), np.zeros(width, np.int64)
-    packed, scale = np.empty((3, weights.shape[2], width)), np.empty((6, width))
+    sequence = np.zeros(width, np.int64)
+    packed, scale = np.empty((weights.shape[1], width)), np.empty((6, width))
     posture = np.empty((3, width))
     u = aligned(3, columns_for((n_in + tile) * width))
     v = stacked(3, 1, columns_for((n_in + tile) * width))
@@ -114,10 +99,8 @@ def run(
     h = stacked(3, n_hidden, columns_for(tile * width))
     for group in range(first, last, width):
         used = lanes_from(group, last, sequence)
-        own[:] = sequence
-        if len(weights) == 1:
-            own[:] = 0
-        fetch_lanes(weights, scales, postures, sequence, own, packed, scale, posture)
+        fetch_weights(weights, sequence, packed)
+        fetch_scales(scales, postures, sequence, scale, posture)
         fetch_past(state, sequence, n_in, n_out, v, y)
         for start in range(0, n_samples, tile):
             n = min(tile, n_samples - start)

@@ -1,4 +1,4 @@
-"""Sensitivities of three coupled axes: normal equations without a Jacobian, or the Jacobian."""
+"""Sensitivities of three coupled axes: their normal equations, without a Jacobian."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from narx.kernels.axis_tile import linearise
 from narx.kernels.compiler import INNER, JIT, compiled
-from narx.kernels.coupled_loop import fetch_axes, fetch_lanes, fetch_past, keep_past, shift, stacked
+from narx.kernels.coupled_loop import fetch_axes, fetch_past, fetch_scales, shift, stacked
 from narx.kernels.coupled_tile import (
     answer_to_tilt,
     couple,
@@ -18,7 +18,7 @@ from narx.kernels.coupled_tile import (
 from narx.kernels.gram import add_products
 from narx.kernels.lanes import load, store
 from narx.kernels.sizes import VECTOR
-from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for
+from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for, fetch_weights
 
 
 @compiled(**JIT)
@@ -36,31 +36,25 @@ def coupled_sensitivities(
     n_axes: int,
     offset_free: bool,
     given: bool,
-    final: Any,
-    counts: Any,
     sums: Any,
-    jac: Any,
     shape: Any,
     lanes: Any,
     exact: Any,
 ) -> None:
     """Add products of residuals and their derivatives to sums (3, K, K, 8), group after group.
 
-    weights (R, sets, P); groups (G, W, 2) says which sequence a lane runs, -1 none, and with
-    which of the weights. rates and targets (B, N, 3), the latter as
-    normalised outputs, or with `given` as the residuals themselves; state (B, 3, S), postures
-    (B, 3), scales (6,) as in `narx.kernels.coupled_loop.run`; roots and lengths (B,). The first
-    `n_axes` axes count. With `offset_free` each sequence's mean residual is taken off, axis by
-    axis. final (B, 3, S) takes the state at the end, counts (B, 3) the residuals; jac
-    (B, N, 3, sets * P) the derivatives, if it is not empty.
+    weights (R, P); groups (G, W, 2) says which sequence a lane runs, -1 none, and with which of
+    the weights. rates and targets (B, N, 3), the latter as normalised outputs, or with `given` as
+    the residuals themselves; state (B, 3, S), postures (B, 3), scales (6,) as in
+    `narx.kernels.coupled_loop.run`; roots and lengths (B,). The first `n_axes` axes count. With
+    `offset_free` each sequence's mean residual is taken off, axis by axis.
     """
     n_hidden, n_in, n_out, width = len(shape[0]), len(shape[2]), len(shape[3]), len(lanes)
-    n_sets, n_own = weights.shape[1], weights.shape[2]
-    n_weights, n_rows, bias = n_sets * n_own, sums.shape[1], n_hidden * (n_in + n_out)
+    n_weights, n_rows, bias = weights.shape[1], sums.shape[1], n_hidden * (n_in + n_out)
     depth, lead = memory(shape), coupled_head(shape, width)
     tile = TILE_COLUMNS // width
     sequence, own = np.zeros(width, np.int64), np.zeros(width, np.int64)
-    packed, scale = np.empty((3, n_own, width)), np.empty((6, width))
+    packed, scale = np.empty((n_weights, width)), np.empty((6, width))
     posture = np.empty((3, width))
     u = aligned(3, columns_for((n_in + tile) * width))
     v = stacked(3, 1, columns_for((n_in + tile) * width))
@@ -79,7 +73,8 @@ def coupled_sensitivities(
             sequence[lane], own[lane] = max(group[lane, 0], 0), max(group[lane, 1], 0)
             if group[lane, 0] >= 0:
                 n_samples = max(n_samples, lengths[group[lane, 0]])
-        fetch_lanes(weights, scales, postures, sequence, own, packed, scale, posture)
+        fetch_weights(weights, own, packed)
+        fetch_scales(scales, postures, sequence, scale, posture)
         fetch_past(state, sequence, n_in, n_out, v, y)
         tilting[:] = 0.0
         rows[:] = 0.0
@@ -92,16 +87,12 @@ def coupled_sensitivities(
             coupled_advance(packed, u, v, y, h, scale, posture, n, shape, lanes, exact)
             answer_to_tilt(u, y, tilting, scale, posture, n, shape, lanes, exact)
             for axis in range(n_axes):
-                row = n_own * axis if n_sets == 3 else 0
-                if n_sets == 3:  # another axis' weights act through the coupling alone
-                    rows[axis, :, lead:stop] = 0.0
                 linearise(
-                    packed[axis],
+                    packed,
                     v[axis],
                     y[axis],
                     h[axis],
                     rows[axis],
-                    row,
                     lead,
                     feedback,
                     0,
@@ -113,7 +104,7 @@ def coupled_sensitivities(
                 couple(
                     packed,
                     rows[axis],
-                    row + bias,
+                    bias,
                     lead,
                     tilting,
                     coefficients,
@@ -123,8 +114,6 @@ def coupled_sensitivities(
                     lanes,
                 )
             coupled_propagate(rows, coefficients, n_weights, n, n_axes, shape, lanes)
-            if len(jac):
-                store_jacobian(rows, sequence, start, n, n_axes, lead, jac)
             for axis in range(n_axes):
                 for i in range(n_weights):
                     for at in range(depth * width):
@@ -161,10 +150,6 @@ def coupled_sensitivities(
             shift(y, n * width, n_out * width)
         if offset_free:
             take_means_off(totals, group, counted, sums, n_axes, width)
-        for lane in range(width):
-            if group[lane, 0] >= 0:
-                keep_past(v, y, n_in, n_out, lane, width, final[group[lane, 0]])
-                counts[group[lane, 0]] = counted[:, lane]
 
 
 @compiled(**INNER)
@@ -243,16 +228,3 @@ def take_means_off(
                 mean = totals[axis, i, lane] / counted[axis, lane]
                 for j in range(totals.shape[1]):
                     sums[axis, i, j, lane] -= mean * totals[axis, j, lane]
-
-
-@compiled(**INNER)
-def store_jacobian(
-    rows: Any, sequence: Any, start: int, n: int, n_axes: int, lead: int, jac: Any
-) -> None:
-    """Copy a tile's derivatives out."""
-    width = len(sequence)
-    for lane in range(width):
-        for t in range(n):
-            for axis in range(n_axes):
-                for i in range(jac.shape[3]):
-                    jac[sequence[lane], start + t, axis, i] = rows[axis, i, lead + t * width + lane]

@@ -54,7 +54,7 @@ def coupled_advance(
     lanes: Any,
     exact: Any,
 ) -> None:
-    """Run `n` samples of the three axes in closed loop; weights (3, P, W)."""
+    """Run `n` samples of the three axes in closed loop; weights (P, W)."""
     n_hidden, n_in, n_out = len(shape[0]), len(shape[2]), len(shape[3])
     width, n_features = len(lanes), n_in + n_out
     bias, slope = n_hidden * n_features, n_hidden * (n_features + 1)
@@ -75,18 +75,18 @@ def coupled_advance(
         store(lanes, v, (1, 0, at), rates[1] * load(lanes, scales, (1, 0)))
         store(lanes, v, (2, 0, at), rates[2] * load(lanes, scales, (2, 0)))
         for axis in range(3):
-            out = load(lanes, weights, (axis, slope + n_hidden, 0))
+            out = load(lanes, weights, (slope + n_hidden, 0))
             for j in range(n_hidden):
-                z = load(lanes, weights, (axis, bias + j, 0))
+                z = load(lanes, weights, (bias + j, 0))
                 for m in range(n_out - 1, -1, -1):
-                    w = load(lanes, weights, (axis, j * n_features + n_in + m, 0))
+                    w = load(lanes, weights, (j * n_features + n_in + m, 0))
                     z = z + w * load(lanes, y, (axis, 0, (t + n_out - 1 - m) * width))
                 for i in range(n_in - 1, -1, -1):  # the present input comes last
-                    w = load(lanes, weights, (axis, j * n_features + i, 0))
+                    w = load(lanes, weights, (j * n_features + i, 0))
                     z = z + w * load(lanes, v, (axis, 0, at - i * width))
                 activation = activate(z, exact)
                 store(lanes, h, (axis, j, t * width), activation)
-                out = out + load(lanes, weights, (axis, slope + j, 0)) * activation
+                out = out + load(lanes, weights, (slope + j, 0)) * activation
             store(lanes, y, (axis, 0, (t + n_out) * width), out)
 
 
@@ -150,9 +150,9 @@ def couple(
             for j in range(n_hidden):
                 d = load(v, slopes, (slope_row + j, lead + at))
                 if m < n_out:
-                    own = own + d * spread(v, lanes, weights, (axis, j * n_features + n_in + m, 0))
+                    own = own + d * spread(v, lanes, weights, (j * n_features + n_in + m, 0))
                 if m < n_in:
-                    e = e + d * spread(v, lanes, weights, (axis, j * n_features + m, 0))
+                    e = e + d * spread(v, lanes, weights, (j * n_features + m, 0))
             through_s, through_f = splat(v, 0.0), splat(v, 0.0)
             if m < n_in:
                 back = at + (n_in - 1 - m) * width

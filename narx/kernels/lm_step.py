@@ -11,25 +11,20 @@ import numpy as np
 from narx.kernels.compiler import INNER, JIT, compiled
 
 # why a start has stopped, or that it has not; `narx.training.least_squares.stopping` names them
-RUNNING, GRADIENT, STEP, COST_CHANGE, COST, EVALUATIONS, DAMPING, VALIDATION, NOT_FINITE = range(9)
+RUNNING, GRADIENT, STEP, COST_CHANGE, COST, EVALUATIONS, DAMPING, NOT_FINITE = range(8)
 _TINY = float(np.finfo(float).tiny)
 
 
 @compiled(**INNER)
-def adapt(
-    mu: float, growth: float, kept: bool, gain: float, gain_ratio: bool, factors: Any
-) -> tuple[float, float]:
-    """Change mu after a step; returns mu and the factor of the next increase.
+def adapt(mu: float, growth: float, kept: bool, gain: float, least: float) -> tuple[float, float]:
+    """Change mu after a step (Nielsen 1999); returns mu and the factor of the next increase.
 
-    `gain` is the actual over the predicted decrease; factors: increase, decrease, smallest mu.
+    `gain` is the actual over the predicted decrease, `least` the smallest mu.
     """
-    increase, decrease, smallest = factors
-    if not gain_ratio:
-        return max(mu * (decrease if kept else increase), smallest), growth
     if not kept:
-        return max(mu * growth, smallest), 2.0 * growth
+        return max(mu * growth, least), 2.0 * growth
     bend = 2.0 * gain - 1.0
-    return max(mu * max(1.0 / 3.0, 1.0 - bend * bend * bend), smallest), 2.0
+    return max(mu * max(1.0 / 3.0, 1.0 - bend * bend * bend), least), 2.0
 
 
 @compiled(**JIT)
@@ -44,14 +39,13 @@ def damped_steps(
     trial: Any,
     predicted: Any,
     gradient: Any,
-    condition: Any,
 ) -> None:
     """Solve (JTJ + decay I + damping) step = -gradient by Cholesky, start by start.
 
     active (A,) of the R starts; products (R, P + 1, P + 1), weights (R, P), free (F,) indices
     that may move, mu and decay (R,). trial (A, P) weights after the step, NaN where the matrix
     is not positive; predicted (A,) decrease of the quadratic model, gradient (R,) its largest
-    entry, condition (A,) of the matrix as the factor's diagonal shows it.
+    entry.
     """
     n, n_weights = len(free), weights.shape[1]
     factor = np.empty((n, n))
@@ -65,7 +59,6 @@ def damped_steps(
             g[i] = products[r, n_weights, a] + decay[r] * weights[r, a]
             largest = max(largest, abs(g[i]))
         gradient[r] = largest
-        low, high = np.inf, 0.0
         for i in range(n):
             for j in range(i + 1):
                 x = products[r, free[i], free[j]]
@@ -74,9 +67,6 @@ def damped_steps(
                 for k in range(j):
                     x -= factor[i, k] * factor[j, k]
                 factor[i, j] = np.sqrt(x) if i == j else x / factor[j, j]
-            positive = factor[i, i] > 0.0
-            low, high = min(low, factor[i, i]) if positive else 0.0, max(high, factor[i, i])
-        condition[at] = (high / low) ** 2
         for i in range(n):
             x = -g[i]
             for k in range(i):
@@ -111,7 +101,6 @@ def decide(
     free: Any,
     decay: Any,
     stopping: Any,
-    gain_ratio: bool,
     damping: Any,
     weights: Any,
     products: Any,
@@ -125,9 +114,9 @@ def decide(
 
     active (A,) of the R starts; trial (A, P), trial_products (A, P + 1, P + 1), predicted (A,)
     decrease; gradient (R,) at the weights before, free (F,) weights that move, decay (R,).
-    stopping: limits of gradient, step, cost change and sum of squares; damping: as `adapt` takes
-    them, and the largest. weights (R, P), products (R, P + 1, P + 1), cost, mu, growth and codes
-    (R,) are changed; kept (A,) is set.
+    stopping: limits of gradient, step, cost change and sum of squares; damping: smallest and
+    largest mu. weights (R, P), products (R, P + 1, P + 1), cost, mu, growth and codes (R,) are
+    changed; kept (A,) is set.
     """
     n_weights = weights.shape[1]
     for at in range(len(active)):
@@ -141,9 +130,9 @@ def decide(
             new += 0.5 * decay[r] * squares
         kept[at] = new < old
         gain = (old - new) / predicted[at]
-        mu[r], growth[r] = adapt(mu[r], growth[r], kept[at], gain, gain_ratio, damping[:3])
+        mu[r], growth[r] = adapt(mu[r], growth[r], kept[at], gain, damping[0])
         code = RUNNING
-        if mu[r] > damping[3]:
+        if mu[r] > damping[1]:
             code = DAMPING
         if kept[at]:
             size = reach = 0.0

@@ -1,8 +1,7 @@
 """The NARX network run on its own outputs, as a differentiable torch operator.
 
-Closed loop (parallel): the network is fed its own outputs. `narx.network.open_loop` feeds it
-measured ones; `narx.training.least_squares.normal_equations` reduces a fit of either kind to what
-Gauss-Newton needs. Arrays of any floating type are computed in float64: a trained loop is nearly an
+Closed loop (parallel): the network is fed its own outputs.
+Arrays of any floating type are computed in float64: a trained loop is nearly an
 integrator and amplifies rounding errors about 1e5 times.
 """
 
@@ -13,7 +12,6 @@ import torch
 from torch import Tensor
 
 from narx.kernels import loops
-from narx.kernels.sizes import SCALAR
 from narx.kernels.threads import in_threads
 from narx.network.kernel_arrays import (
     EXACT,
@@ -100,52 +98,6 @@ def closed_loop_by_torch(
     if not outputs:
         return inputs.new_zeros(inputs.shape[:-1]), state
     return torch.stack(outputs, dim=-1), state
-
-
-def closed_loop_jacobian(
-    weights: Tensor,
-    inputs: Tensor,
-    state: Tensor | None = None,
-    *,
-    structure: NarxStructure,
-    tanh: Tanh = "rational",
-) -> tuple[Tensor, Tensor]:
-    """Run a network in closed loop with the sensitivity of every output to every weight.
-
-    Parameters
-    ----------
-    weights : Tensor, shape (..., P)
-        Flat weights; leading dimensions broadcast against those of `inputs`.
-    inputs : Tensor, shape (..., N, n_inputs)
-        Normalised inputs.
-    state : Tensor, shape (..., n_state), optional
-        State before the first sample; zero if not given. It does not depend on the weights.
-    structure : NarxStructure
-        Sizes of the network.
-    tanh : {"rational", "exact"}
-        As in `closed_loop`.
-
-    Returns
-    -------
-    outputs : Tensor, shape (..., N)
-        Network outputs.
-    jacobian : Tensor, shape (..., N, P)
-        Derivative of the outputs with respect to the weights, by forward sensitivities.
-    """
-    weights, inputs, state = broadcast(weights, inputs, state, structure)
-    w, x, s = flat_weights(weights), flat(inputs, 2), flat(state, 1)
-    outputs, jac = np.empty(x.shape[:2]), np.empty((*x.shape[:2], structure.n_weights))
-    shape, exact = kernel_shape(structure), EXACT[tanh]
-
-    def part(first: int, last: int) -> None:
-        args = (w, x, s, x[..., 0], first, last, outputs, jac, shape, SCALAR, exact, True)
-        loops.axis_loop.jacobian(*args)
-
-    in_threads(part, len(x), 1)
-    return (
-        back(outputs, inputs.shape[:-1], inputs),
-        back(jac, (*inputs.shape[:-1], structure.n_weights), inputs),
-    )
 
 
 class _ClosedLoop(torch.autograd.Function):

@@ -1,36 +1,17 @@
 """Sequences of three coupled axes in the form that the kernels take."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
 from narx.kernels import loops
-from narx.kernels.sizes import SCALAR, VECTOR
+from narx.kernels.sizes import VECTOR
 from narx.kernels.threads import in_threads
 from narx.network.kernel_arrays import EXACT, flat, in_lanes, kernel_shape, lanes_for
 from narx.network.structure import NarxStructure, Tanh
 from narx.types import FloatArray
-
-_NO_JACOBIAN = np.empty((0, 0, 3, 0))
-
-
-def flat_sets(weights: Tensor) -> FloatArray:
-    """Bring weights into the shape that `CoupledBatch` takes.
-
-    Parameters
-    ----------
-    weights : Tensor, shape (P,) or (3, P)
-        Flat weights, one set for all axes or a set for each.
-
-    Returns
-    -------
-    ndarray, shape (1, sets, P)
-        The same in float64.
-    """
-    return flat(weights, 1)[None]
 
 
 @dataclass(frozen=True)
@@ -107,7 +88,7 @@ class CoupledBatch:
 
         Parameters
         ----------
-        weights : ndarray, shape (B or 1, sets, P)
+        weights : ndarray, shape (B or 1, P)
             Weights of each sequence, or of all.
 
         Returns
@@ -129,32 +110,24 @@ class CoupledBatch:
         in_threads(part, len(angles), len(lanes))
         return angles, final
 
-    def products(
-        self, weights: FloatArray, wanted: Wanted
-    ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
+    def products(self, weights: FloatArray, wanted: Wanted) -> FloatArray:
         """Multiply residuals and their derivatives, for each start.
 
         Parameters
         ----------
-        weights : ndarray, shape (R, sets, P)
+        weights : ndarray, shape (R, P)
             Weights of each start.
         wanted : Wanted
             What the outputs are compared with.
 
         Returns
         -------
-        products : ndarray, shape (R, 3, K, K)
-            Axis by axis, lower triangle, in normalised outputs; row ``sets * P`` is that of the
+        ndarray, shape (R, 3, K, K)
+            Axis by axis, lower triangle, in normalised outputs; row ``P`` is that of the
             residuals, and K is rounded up to a multiple of four.
-        counts : ndarray of int, shape (B, 3)
-            Residuals that count.
-        final : ndarray, shape (B, 3, n_state)
-            State after the last sample with the last row of weights.
         """
         n_sequences, n_restarts = len(self.rates), len(weights)
-        n_rows = weights[0].size // 4 * 4 + 4
-        counts = np.zeros((n_sequences, 3), dtype=np.int64)
-        final = np.empty_like(self.state)
+        n_rows = weights.shape[1] // 4 * 4 + 4
         if n_restarts == 1:  # sequences in step
             lanes = lanes_for(n_sequences)
             groups = in_lanes(n_sequences, len(lanes))[:, None, :, None]
@@ -171,42 +144,13 @@ class CoupledBatch:
 
         def part(first: int, last: int) -> None:
             for i in range(first, last):
-                self._sensitivities(weights, wanted, groups[i], sums[i], lanes, counts, final)
+                self._sensitivities(weights, wanted, groups[i], sums[i], lanes)
 
         in_threads(part, len(groups), 1)
         if n_restarts == 1:
-            return sums.sum(axis=(0, -1))[None], counts, final
+            return sums.sum(axis=(0, -1))[None]
         by_restart = np.moveaxis(sums, -1, 1).reshape(-1, 3, n_rows, n_rows)
-        return by_restart[:n_restarts], counts, final
-
-    def jacobian(self, weights: FloatArray) -> FloatArray:
-        """Compute the derivatives of the angles by the weights.
-
-        Parameters
-        ----------
-        weights : ndarray, shape (1, sets, P)
-            Weights of all sequences.
-
-        Returns
-        -------
-        ndarray, shape (B, N, 3, sets * P)
-            Derivatives, rad.
-        """
-        n_weights = weights[0].size
-        jac = np.zeros((*self.rates.shape, n_weights))
-        groups = np.zeros((len(self.rates), 1, 1, 2), dtype=np.int64)
-        groups[:, 0, 0, 0] = np.arange(len(self.rates))
-        counts, final = np.zeros((len(jac), 3), dtype=np.int64), np.empty_like(self.state)
-        n_rows = n_weights // 4 * 4 + 4
-        wanted = Wanted(np.zeros_like(self.rates))
-
-        def part(first: int, last: int) -> None:
-            sums = np.zeros((3, n_rows, n_rows, 8))
-            for i in range(first, last):
-                self._sensitivities(weights, wanted, groups[i], sums, SCALAR, counts, final, jac)
-
-        in_threads(part, len(groups), 1)
-        return jac * self.angle_scale[:, None]
+        return by_restart[:n_restarts]
 
     def _sensitivities(
         self,
@@ -215,9 +159,6 @@ class CoupledBatch:
         groups: NDArray[np.int64],
         sums: FloatArray,
         lanes: tuple[int, ...],
-        counts: NDArray[np.int64],
-        final: FloatArray,
-        jac: Any = _NO_JACOBIAN,
     ) -> None:
         n_sequences, n_samples = self.rates.shape[:2]
         roots, lengths = wanted.roots, wanted.lengths
@@ -226,5 +167,5 @@ class CoupledBatch:
         loops.coupled_normal.coupled_sensitivities(
             weights, self.rates, wanted.targets, self.state, self.posture, self.scales, roots,
             lengths, groups, wanted.washout, wanted.n_axes, wanted.offset_free, wanted.given,
-            final, counts, sums, jac, self.shape, lanes, self.exact,
+            sums, self.shape, lanes, self.exact,
         )  # fmt: skip

@@ -16,7 +16,7 @@ from torch import Tensor
 
 from narx.kernels import loops
 from narx.network.cell import coupled_rates
-from narx.network.coupled_batch import CoupledBatch, Wanted, flat_sets
+from narx.network.coupled_batch import CoupledBatch, Wanted
 from narx.network.kernel_arrays import back, flat
 from narx.network.structure import NarxStructure, Tanh
 
@@ -40,8 +40,8 @@ def coupled_closed_loop(
 
     Parameters
     ----------
-    weights : Tensor, shape (P,) or (3, P)
-        Flat weights, one set for all axes or a set for each.
+    weights : Tensor, shape (P,)
+        Flat weights, shared by the axes.
     rates : Tensor, shape (..., N, 3)
         Gyroscope about the sagittal, frontal and transverse axis, rad/s.
     state : Tensor, shape (..., 3, n_state), optional
@@ -103,8 +103,8 @@ def coupled_closed_loop_by_torch(
 
     Parameters
     ----------
-    weights : Tensor, shape (P,) or (3, P)
-        Flat weights.
+    weights : Tensor, shape (P,)
+        Flat weights, shared by the axes.
     rates : Tensor, shape (..., N, 3)
         Gyroscope, rad/s.
     state : Tensor, shape (..., 3, n_state), optional
@@ -142,62 +142,6 @@ def coupled_closed_loop_by_torch(
     if not outputs:
         return torch.zeros_like(rates), state
     return torch.stack(outputs, dim=-2), state
-
-
-def coupled_closed_loop_jacobian(
-    weights: Tensor,
-    rates: Tensor,
-    state: Tensor | None = None,
-    posture: Tensor | None = None,
-    *,
-    rate_scale: Tensor,
-    angle_scale: Tensor,
-    structure: NarxStructure,
-    tanh: Tanh = "rational",
-) -> tuple[Tensor, Tensor]:
-    """Run the coupled axes with the sensitivity of every angle to every weight.
-
-    Parameters
-    ----------
-    weights : Tensor, shape (P,) or (3, P)
-        Flat weights.
-    rates : Tensor, shape (..., N, 3)
-        Gyroscope, rad/s.
-    state : Tensor, shape (..., 3, n_state), optional
-        State before the first sample; zero if not given. It does not depend on the weights.
-    posture : Tensor, shape (..., 3), optional
-        Angles at a network output of zero, rad.
-    rate_scale : Tensor, shape (3,)
-        Rate that is 1 to the network, rad/s.
-    angle_scale : Tensor, shape (3,)
-        Angle that an output of 1 stands for, rad.
-    structure : NarxStructure
-        Sizes of the network; one input.
-    tanh : {"rational", "exact"}
-        As in `coupled_closed_loop`.
-
-    Returns
-    -------
-    angles : Tensor, shape (..., N, 3)
-        Angles, rad.
-    jacobian : Tensor, shape (..., N, 3, weights.numel())
-        Derivative of the angles by the (flattened) weights, rad.
-    """
-    _check_weights(weights, structure)
-    rates, state, posture = broadcast_axes(rates, state, posture, structure)
-    angles, _ = coupled_closed_loop(
-        weights.detach(),
-        rates.detach(),
-        state.detach(),
-        posture.detach(),
-        rate_scale=rate_scale,
-        angle_scale=angle_scale,
-        structure=structure,
-        tanh=tanh,
-    )
-    batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
-    jac = batch.jacobian(flat_sets(weights))
-    return angles, back(jac, (*rates.shape, weights.numel()), rates)
 
 
 def broadcast_axes(
@@ -241,9 +185,8 @@ def broadcast_axes(
 
 
 def _check_weights(weights: Tensor, structure: NarxStructure) -> None:
-    n = structure.n_weights
-    if weights.shape not in ((n,), (3, n)):
-        raise ValueError(f"weights {tuple(weights.shape)}, expected ({n},) or (3, {n})")
+    if weights.shape != (structure.n_weights,):
+        raise ValueError(f"weights {tuple(weights.shape)}, expected ({structure.n_weights},)")
 
 
 class _Coupled(torch.autograd.Function):
@@ -262,7 +205,7 @@ class _Coupled(torch.autograd.Function):
         tanh: Tanh,
     ) -> tuple[Tensor, Tensor]:
         batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
-        angles, last = batch.run(flat_sets(weights))
+        angles, last = batch.run(flat(weights, 1))
         final = back(last, state.shape, rates)
         ctx.save_for_backward(weights)
         ctx.batch = batch
@@ -277,6 +220,6 @@ class _Coupled(torch.autograd.Function):
         # the products of the derivatives with d_angles in the place of the residuals
         batch: CoupledBatch = ctx.batch
         wanted = Wanted(flat(d_angles, 2), given=True)
-        products = batch.products(flat_sets(weights), wanted)[0]
+        products = batch.products(flat(weights, 1), wanted)
         gradient = batch.angle_scale @ products[0, :, weights.numel(), : weights.numel()]
         return back(gradient, weights.shape, weights), *(None,) * 7

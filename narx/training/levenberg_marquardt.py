@@ -15,8 +15,7 @@ from narx.training.initial_weights import leaky_integrator_weights, random_weigh
 from narx.training.least_squares.axis import NetworkFit
 from narx.training.least_squares.coupled import CoupledFit
 from narx.training.least_squares.damping import Damping
-from narx.training.least_squares.prior import TowardsPrior
-from narx.training.least_squares.problem import LeastSquaresProblem
+from narx.training.least_squares.problem import LeastSquaresProblem, TowardsPrior
 from narx.training.least_squares.solver import Options
 from narx.training.least_squares.stopping import Stopping
 from narx.training.multi_start import Stage, multi_start

@@ -7,12 +7,10 @@ from torch import Tensor
 from narx.kernels import loops
 from narx.kernels.sizes import VECTOR
 from narx.kernels.threads import in_threads
-from narx.network.closed_loop import closed_loop_by_torch, closed_loop_jacobian
+from narx.network.closed_loop import closed_loop_by_torch
 from narx.network.kernel_arrays import EXACT, broadcast, flat, in_lanes, kernel_shape, lanes_for
-from narx.network.open_loop import open_loop_jacobian
 from narx.network.structure import NarxStructure, Tanh
 from narx.training.least_squares.by_torch import products_by_torch
-from narx.training.least_squares.problem import NormalEquations, as_normal_equations
 from narx.types import FloatArray
 
 
@@ -76,7 +74,6 @@ class NetworkFit:
         self._lengths = np.where(there.any(axis=1), last, 0).astype(np.int64)
         lanes = lanes_for(len(self._inputs))
         self._in_step = lanes, in_lanes(len(self._inputs), len(lanes))[:, None]
-        self._full = np.full(len(there), n_samples, dtype=np.int64)
         self.n_weights = structure.n_weights
         if horizon == 1:  # a sample counts if what it looks back at is there too
             past = np.isnan(self._state[:, structure.n_input_state :])[:, ::-1]
@@ -102,11 +99,11 @@ class NetworkFit:
             Lower triangle of ``[J r].T @ [J r]`` of each start.
         """
         if not loops.AVAILABLE:
-            return products_by_torch(self._residuals, weights)
-        return self._products(weights, self._lengths)[0]
+            return products_by_torch(self.residuals, weights)
+        return self._products(weights)
 
-    def normal_equations(self, weights: Tensor) -> NormalEquations:
-        """Reduce the fit to its normal equations.
+    def residuals(self, weights: Tensor) -> Tensor:
+        """Compute weighted residuals by torch operations, differentiable.
 
         Parameters
         ----------
@@ -115,47 +112,9 @@ class NetworkFit:
 
         Returns
         -------
-        NormalEquations
-            With the state after the last sample, unless open loop.
+        Tensor, shape (B, N)
+            Zero where they do not count.
         """
-        products, final = self._products(flat(weights, 1).reshape(1, -1), self._full)
-        state = None if self.horizon == 1 else final.reshape(*self._lead, -1)
-        return as_normal_equations(products[0], self.n_residuals, state)
-
-    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Compute residuals and Jacobian, open or closed loop.
-
-        Parameters
-        ----------
-        weights : ndarray, shape (P,)
-            Weights.
-
-        Returns
-        -------
-        residuals : ndarray, shape (N,)
-            Weighted residuals that count.
-        jacobian : ndarray, shape (N, P)
-            Their derivatives.
-
-        Raises
-        ------
-        ValueError
-            If the horizon is neither one sample nor the whole sequence.
-        """
-        w, x, s = (torch.from_numpy(a) for a in (weights, self._inputs, self._state))
-        if self.horizon == 1:
-            y = torch.from_numpy(self._targets)
-            outputs, jac = open_loop_jacobian(w, x, y, s, structure=self.structure)
-        elif self.horizon is None:
-            outputs, jac = closed_loop_jacobian(w, x, s, structure=self.structure, tanh=self.tanh)
-        else:
-            raise ValueError("a Jacobian needs a horizon of one sample or of the whole sequence")
-        roots = np.broadcast_to(self._roots[:, None], self._counted.shape)[self._counted]
-        errors = (outputs.numpy() - self._targets)[self._counted]
-        return roots * errors, roots[:, None] * jac.numpy()[self._counted]
-
-    def _residuals(self, weights: Tensor) -> Tensor:
-        """Weighted residuals (B, N), zero where they do not count, by torch operations."""
         inputs, state, targets, roots = (
             torch.from_numpy(a) for a in (self._inputs, self._state, self._targets, self._roots)
         )
@@ -179,7 +138,7 @@ class NetworkFit:
         errors = roots[:, None] * (torch.cat(outputs, dim=1) - targets)
         return torch.where(counted, errors, 0.0)
 
-    def _products(self, weights: FloatArray, lengths: np.ndarray) -> tuple[FloatArray, FloatArray]:
+    def _products(self, weights: FloatArray) -> FloatArray:
         n_sequences, n_starts = len(self._inputs), len(weights)
         n_rows = self.n_weights // 4 * 4 + 4
         if n_starts == 1:  # sequences in step
@@ -192,19 +151,19 @@ class NetworkFit:
             every = np.repeat(np.arange(n_sequences)[:, None], len(lanes), axis=1)
             groups = np.repeat(every[None], len(starts), axis=0)
         # sums of their own for each group: the same numbers with any number of threads
-        sums, final = np.zeros((len(groups), n_rows, n_rows, 8)), np.empty_like(self._state)
+        sums = np.zeros((len(groups), n_rows, n_rows, 8))
         shape, exact = kernel_shape(self.structure), EXACT[self.tanh]
         recurrent = None if self.horizon == 1 else True
 
         def part(first: int, last: int) -> None:
             for i in range(first, last):
                 loops.axis_normal.normal_equations(
-                    packed[i], self._inputs, self._targets, self._state, self._roots, lengths,
-                    groups[i], self.washout, self.horizon or 0, final, sums[i],
+                    packed[i], self._inputs, self._targets, self._state, self._roots, self._lengths,
+                    groups[i], self.washout, self.horizon or 0, sums[i],
                     shape, lanes, exact, recurrent,
                 )  # fmt: skip
 
         in_threads(part, len(groups), 1)
         products = np.zeros((n_starts, self.n_weights + 1, self.n_weights + 1))
         loops.gram.fold(sums, products)
-        return products, final
+        return products

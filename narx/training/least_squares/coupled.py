@@ -12,7 +12,6 @@ from narx.network.coupled_loop import broadcast_axes, coupled_closed_loop_by_tor
 from narx.network.kernel_arrays import flat
 from narx.network.structure import NarxStructure, Tanh
 from narx.training.least_squares.by_torch import products_by_torch
-from narx.training.least_squares.problem import NormalEquations, as_normal_equations
 from narx.types import BoolArray, FloatArray
 
 
@@ -35,8 +34,6 @@ class CoupledFit:
         Angle that an output of 1 stands for, rad.
     structure : NarxStructure
         Sizes of the network; one input.
-    n_sets : int
-        1: the axes share their weights; 3: a set each.
     axis_weights : sequence of three floats
         Factors on the squared residuals of each axis; an axis of zero that no other depends on
         costs no time.
@@ -60,7 +57,6 @@ class CoupledFit:
         rate_scale: Tensor,
         angle_scale: Tensor,
         structure: NarxStructure,
-        n_sets: int = 1,
         axis_weights: Sequence[float] = (1.0, 1.0, 1.0),
         sequence_weights: Tensor | None = None,
         washout: int = 0,
@@ -69,7 +65,7 @@ class CoupledFit:
     ) -> None:
         rates, state, posture = broadcast_axes(rates, state, posture, structure)
         self._batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
-        self.n_sets, self.n_weights = n_sets, n_sets * structure.n_weights
+        self.n_weights = structure.n_weights
         self._lead = rates.shape[:-2]
         batch = self._batch
         wanted = flat(targets.expand(rates.shape), 2) - batch.posture[:, None]
@@ -88,7 +84,6 @@ class CoupledFit:
             roots = np.sqrt(flat(sequence_weights.expand(self._lead), 0)).reshape(-1)
         n_axes = 2 if weights[2] == 0 else 3
         self._wanted = Wanted(wanted, roots, lengths, washout, n_axes, offset_free)
-        self._wanted_to_end = Wanted(wanted, roots, None, washout, n_axes, offset_free)
         self.n_residuals = int(np.count_nonzero(there))
 
     def products(self, weights: FloatArray) -> FloatArray:
@@ -97,7 +92,7 @@ class CoupledFit:
         Parameters
         ----------
         weights : ndarray, shape (R, P)
-            (Flattened) weights of each start.
+            Weights of each start.
 
         Returns
         -------
@@ -105,58 +100,25 @@ class CoupledFit:
             Lower triangle of ``[J r].T @ [J r]`` of each start, rad^2.
         """
         if not loops.AVAILABLE:
-            return products_by_torch(self._residuals, weights)
-        return self._products(weights, self._wanted)[0]
+            return products_by_torch(self.residuals, weights)
+        # an axis that does not count may hold NaN targets only, or nothing at all
+        counts, size = self._axis_factors > 0, self.n_weights + 1
+        products = self._batch.products(weights, self._wanted)[:, counts, :size, :size]
+        return np.einsum("a,raij->rij", self._axis_factors[counts], products)
 
-    def normal_equations(self, weights: Tensor) -> NormalEquations:
-        """Reduce the fit to its normal equations.
+    def residuals(self, weights: Tensor) -> Tensor:
+        """Compute weighted residuals by torch operations, differentiable.
 
         Parameters
         ----------
-        weights : Tensor, shape (P,) or (3, P)
+        weights : Tensor, shape (P,)
             Flat weights.
 
         Returns
         -------
-        NormalEquations
-            By the flattened weights, with the state after the last sample.
+        Tensor, shape (B, N, 3)
+            In rad, zero where they do not count.
         """
-        products, final = self._products(flat(weights, 1).reshape(1, -1), self._wanted_to_end)
-        state = final.reshape(*self._lead, *final.shape[1:])
-        return as_normal_equations(products[0], self.n_residuals, state)
-
-    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Compute residuals and Jacobian.
-
-        Parameters
-        ----------
-        weights : ndarray, shape (P,)
-            (Flattened) weights.
-
-        Returns
-        -------
-        residuals : ndarray, shape (N,)
-            Weighted residuals that count, rad.
-        jacobian : ndarray, shape (N, P)
-            Their derivatives.
-        """
-        batch, wanted, there = self._batch, self._wanted, self._there
-        sets = weights.reshape(1, self.n_sets, -1)
-        angles, _ = batch.run(sets)
-        errors = angles - batch.posture[:, None] - wanted.targets * batch.angle_scale
-        both = np.concatenate([batch.jacobian(sets), errors[..., None]], axis=-1)
-        both = np.where(there[..., None], both, 0.0)
-        if wanted.offset_free:
-            n = np.maximum(there.sum(axis=1, keepdims=True), 1)[..., None]
-            both = np.where(there[..., None], both - both.sum(axis=1, keepdims=True) / n, 0.0)
-        both = both * np.sqrt(self._axis_factors / batch.angle_scale**2)[:, None]
-        if wanted.roots is not None:
-            both = both * wanted.roots[:, None, None, None]
-        both = both[there]
-        return both[:, -1], both[:, :-1]
-
-    def _residuals(self, weights: Tensor) -> Tensor:
-        """Weighted residuals (B, N, 3), rad, zero where they do not count, by torch operations."""
         batch, wanted = self._batch, self._wanted
         angles, _ = coupled_closed_loop_by_torch(
             weights,
@@ -175,12 +137,3 @@ class CoupledFit:
         if wanted.roots is not None:
             errors = errors * torch.from_numpy(wanted.roots)[:, None, None]
         return errors
-
-    def _products(self, weights: FloatArray, wanted: Wanted) -> tuple[FloatArray, FloatArray]:
-        sets = weights.reshape(len(weights), self.n_sets, -1)
-        products, _, final = self._batch.products(sets, wanted)
-        size = self.n_weights + 1
-        # an axis that does not count may hold NaN targets only, or nothing at all
-        counts = self._axis_factors > 0
-        products = products[:, counts, :size, :size]
-        return np.einsum("a,raij->rij", self._axis_factors[counts], products), final

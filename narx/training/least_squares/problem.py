@@ -1,36 +1,10 @@
-"""What a least-squares solver asks of a problem."""
+"""What a least-squares solver asks of a problem, and a prior that any of them can have."""
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from narx.types import FloatArray
-
-
-@dataclass(frozen=True)
-class NormalEquations:
-    """Least-squares problem of one set of weights, reduced to what Gauss-Newton needs.
-
-    Parameters
-    ----------
-    cost : float
-        Half the sum of squared residuals (output - target) over the samples that count.
-    gradient : ndarray, shape (P,)
-        Gradient of `cost`: ``J.T @ residuals``.
-    jtj : ndarray, shape (P, P)
-        ``J.T @ J``.
-    n_residuals : int
-        Samples that count.
-    final_state : ndarray, shape (..., n_state), or None
-        State after the last sample of each sequence (closed loop only).
-    """
-
-    cost: float
-    gradient: FloatArray
-    jtj: FloatArray
-    n_residuals: int
-    final_state: FloatArray | None = None
 
 
 class LeastSquaresProblem(Protocol):
@@ -60,47 +34,54 @@ class LeastSquaresProblem(Protocol):
             where a start has diverged.
         """
 
-    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Compute residuals and Jacobian of one start, for a solver that needs them.
 
-        Parameters
-        ----------
-        weights : ndarray, shape (P,)
-            Weights.
+class TowardsPrior:
+    """Keep weights near those of a known network: a ridge about them instead of about zero.
 
-        Returns
-        -------
-        residuals : ndarray, shape (N,)
-            Weighted residuals that count.
-        jacobian : ndarray, shape (N, P)
-            Their derivatives.
-        """
-
-
-def as_normal_equations(
-    products: FloatArray, n_residuals: int, final_state: FloatArray | None = None
-) -> NormalEquations:
-    """Read products as normal equations.
+    A least-squares problem with ``sum(strength (weights - centre)^2)`` added to its squares.
 
     Parameters
     ----------
-    products : ndarray, shape (P + 1, P + 1)
-        Lower triangle of ``[J r].T @ [J r]``.
-    n_residuals : int
-        Samples that count.
-    final_state : ndarray, optional
-        State after the last sample.
-
-    Returns
-    -------
-    NormalEquations
-        With both triangles filled.
+    problem : LeastSquaresProblem
+        What is to be fitted.
+    centre : ndarray, shape (P,)
+        Weights that cost nothing.
+    strength : ndarray, shape (P,)
+        Factor of each weight's squared distance, in the unit of the squared residuals.
     """
-    lower = np.tril(products[:-1, :-1])
-    return NormalEquations(
-        0.5 * float(products[-1, -1]),
-        products[-1, :-1].copy(),
-        lower + np.tril(lower, -1).T,
-        n_residuals,
-        final_state,
-    )
+
+    def __init__(
+        self, problem: LeastSquaresProblem, centre: FloatArray, strength: FloatArray
+    ) -> None:
+        self._problem, self._centre, self._strength = problem, centre, strength
+
+    @property
+    def n_weights(self) -> int:
+        """Number of weights, P."""
+        return self._problem.n_weights
+
+    @property
+    def n_residuals(self) -> int:
+        """Number of residuals of the problem itself."""
+        return self._problem.n_residuals
+
+    def products(self, weights: FloatArray) -> FloatArray:
+        """Multiply residuals and their derivatives, those of the prior included.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (R, P)
+            Weights of each start.
+
+        Returns
+        -------
+        ndarray, shape (R, P + 1, P + 1)
+            Lower triangle of ``[J r].T @ [J r]`` of each start.
+        """
+        products = self._problem.products(weights).copy()
+        distance = weights - self._centre
+        diagonal = np.arange(self.n_weights)
+        products[:, diagonal, diagonal] += self._strength
+        products[:, -1, :-1] += self._strength * distance
+        products[:, -1, -1] += (self._strength * distance**2).sum(axis=1)
+        return products

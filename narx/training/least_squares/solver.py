@@ -1,27 +1,23 @@
 """Levenberg-Marquardt, for one start or for many in step.
 
 The solver is put together from parts: a problem (`narx.training.least_squares`: open loop, several
-steps, closed loop, coupled axes), damping, linear solve, stopping rules and regularisation.
+steps, closed loop, coupled axes), damping, stopping rules and regularisation.
 Each evaluation gives cost, gradient and Gauss-Newton matrix together, so a kept step needs no
 second pass; a step that does not lower the cost is never kept.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from narx.kernels import lm_step
 from narx.kernels.lm_step import RUNNING, damped_steps, decide
-from narx.training.least_squares.damping import Damping, step_by_qr
+from narx.training.least_squares.damping import Damping
 from narx.training.least_squares.problem import LeastSquaresProblem
 from narx.training.least_squares.stopping import CODES, ResultCode, Stopping
 from narx.types import FloatArray
 
-# beyond this condition of JTJ the normal equations have lost half of what float64 holds
-_ILL_CONDITIONED = 1e13
 _HISTORY = ("cost", "damping", "gradient")
 
 
@@ -35,20 +31,13 @@ class Options:
         Limits.
     damping : Damping
         Damping strategy.
-    linear_solve : {"cholesky", "qr", "auto"}
-        Cholesky of the normal equations, QR of the augmented system (needs the Jacobian), or QR
-        where Cholesky fails or finds the matrix ill-conditioned.
-    weight_decay : float
-        Factor of half the sum of squared weights in the cost.
     bayesian : bool
         Choose the weight decay by the evidence after every kept step (MacKay 1992; Foresee and
-        Hagan 1997, as MATLAB's trainbr); `weight_decay` is the first value.
+        Hagan 1997, as MATLAB's trainbr), from zero on.
     """
 
     stopping: Stopping = field(default_factory=Stopping)
     damping: Damping = field(default_factory=Damping)
-    linear_solve: Literal["cholesky", "qr", "auto"] = "cholesky"
-    weight_decay: float = 0.0
     bayesian: bool = False
 
 
@@ -59,7 +48,7 @@ class Result:
     Parameters
     ----------
     weights : ndarray, shape (R, P)
-        Best weights: by validation if there was one, else by cost.
+        Best weights.
     cost : ndarray, shape (R,)
         Half the sum of squared residuals there, regularisation left out.
     codes : list of ResultCode
@@ -87,8 +76,6 @@ def levenberg_marquardt(
     options: Options | None = None,
     *,
     trainable: ArrayLike | None = None,
-    validation: LeastSquaresProblem | None = None,
-    log: Callable[[dict[str, FloatArray]], None] | None = None,
 ) -> Result:
     """Minimise half a sum of squares.
 
@@ -102,11 +89,6 @@ def levenberg_marquardt(
         Parts of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
         Weights that may move; all if not given (odd networks hold their biases at zero).
-    validation : LeastSquaresProblem, optional
-        Held-back samples; the solver stops when the error there no longer falls and returns the
-        weights that were best there.
-    log : callable, optional
-        Told cost, damping and gradient of each iteration.
 
     Returns
     -------
@@ -117,15 +99,11 @@ def levenberg_marquardt(
     free = np.arange(problem.n_weights)
     run.free = free if trainable is None else free[np.asarray(trainable, dtype=bool)]
     run.start()
-    for evaluation in range(1, run.options.stopping.max_evaluations + 1):
+    for _ in range(run.options.stopping.max_evaluations):
         active = np.flatnonzero(run.codes == RUNNING)
         if not len(active):
             break
-        run.iterate(active, log)
-        if validation is not None and evaluation % run.options.stopping.validate_every == 0:
-            run.validate(validation)
-    if validation is not None:
-        run.validate(validation)
+        run.iterate(active)
     return run.result()
 
 
@@ -138,81 +116,41 @@ class _Run:
         n = len(weights)
         self.problem, self.options, self.weights = problem, options, weights
         self.products = np.ascontiguousarray(problem.products(weights))
-        self.decay = np.full(n, options.weight_decay)
+        self.decay = np.zeros(n)
         self.codes = np.full(n, RUNNING)
         self.mu, self.growth = np.full(n, options.damping.initial), np.full(n, 2.0)
         self.mu_unit = options.damping.scale(self.products)
         self.n_evaluations = np.zeros(n, dtype=np.int64)
         self.history: list[FloatArray] = []
-        self.best = weights.copy()
-        self.best_cost = np.full(n, np.nan)
-        self.best_error = np.full(n, np.inf)
-        self.failures = np.zeros(n, dtype=np.int64)
-        self.validated = False
         stopping, damping = options.stopping, options.damping
         squares = stopping.cost * max(problem.n_residuals, 1)
         self.stopping = (stopping.gradient, stopping.step, stopping.cost_change, squares)
-        self.damping = (damping.increase, damping.decrease, damping.smallest, damping.largest)
+        self.damping = (damping.smallest, damping.largest)
 
     def start(self) -> None:
         self.cost = self._cost(self.products, self.weights, self.decay)
         self.codes[~np.isfinite(self.cost)] = lm_step.NOT_FINITE
 
-    def iterate(
-        self, active: NDArray[np.int64], log: Callable[[dict[str, FloatArray]], None] | None
-    ) -> None:
-        damping = self.options.damping
-        n, diagonal = len(active), damping.scaling == "diagonal"
+    def iterate(self, active: NDArray[np.int64]) -> None:
+        n, diagonal = len(active), self.options.damping.scaling == "diagonal"
         trial, predicted = np.empty((n, self.weights.shape[1])), np.empty(n)
-        gradient, condition = np.full(len(self.cost), np.nan), np.empty(n)
+        gradient = np.full(len(self.cost), np.nan)
         mu = self.mu * self.mu_unit
         damped_steps(
             active, self.products, self.weights, self.free, mu, self.decay, diagonal,
-            trial, predicted, gradient, condition,
+            trial, predicted, gradient,
         )  # fmt: skip
-        if self.options.linear_solve != "cholesky":
-            self._solve_by_qr(active, mu, condition, trial, predicted)
-        self._record(mu, gradient, log)
+        self._record(mu, gradient)
         trial_products = np.ascontiguousarray(self.problem.products(trial))
         self.n_evaluations[active] += 1
         kept = np.empty(n, dtype=np.bool_)
         decide(
             active, trial, trial_products, predicted, gradient, self.free, self.decay,
-            self.stopping, damping.policy == "gain_ratio", self.damping,
+            self.stopping, self.damping,
             self.weights, self.products, self.cost, self.mu, self.growth, self.codes, kept,
         )  # fmt: skip
         if self.options.bayesian and kept.any():
             self._choose_decay(active[kept])
-
-    def _solve_by_qr(
-        self,
-        active: NDArray[np.int64],
-        mu: FloatArray,
-        condition: FloatArray,
-        trial: FloatArray,
-        predicted: FloatArray,
-    ) -> None:
-        """Replace the steps for which the normal equations are not good enough."""
-        diagonal = self.options.damping.scaling == "diagonal"
-        everywhere = self.options.linear_solve == "qr"
-        for at in np.flatnonzero(everywhere | ~(condition < _ILL_CONDITIONED)):
-            r = active[at]
-            residuals, jacobian = self.problem.residuals(self.weights[r])
-            step, predicted[at] = step_by_qr(
-                residuals, jacobian, self.weights[r], self.free, mu[r], self.decay[r], diagonal
-            )
-            trial[at] = self.weights[r] + step
-
-    def validate(self, validation: LeastSquaresProblem) -> None:
-        """Compare the weights kept so far on held-back samples."""
-        self.validated = True
-        error = validation.products(self.weights)[:, -1, -1]
-        better = error < self.best_error
-        self.best[better], self.best_error[better] = self.weights[better], error[better]
-        self.best_cost[better] = 0.5 * self.products[better, -1, -1]
-        self.failures = np.where(better, 0, self.failures + 1)
-        tired = (self.failures >= self.options.stopping.patience) & (self.codes == RUNNING)
-        self.codes[tired] = lm_step.VALIDATION
 
     def result(self) -> Result:
         self.codes[self.codes == RUNNING] = lm_step.EVALUATIONS
@@ -220,15 +158,9 @@ class _Run:
             np.array([self.cost, self.mu * self.mu_unit, np.full(len(self.cost), np.nan)])
         )
         history = np.array(self.history)
-        cost = 0.5 * self.products[:, -1, -1]
-        weights = self.weights
-        if self.validated:
-            known = np.isfinite(self.best_error)
-            weights = np.where(known[:, None], self.best, weights)
-            cost = np.where(known, self.best_cost, cost)
         return Result(
-            weights,
-            cost,
+            self.weights,
+            0.5 * self.products[:, -1, -1],
             [CODES[code] for code in self.codes],
             self.n_evaluations,
             self.decay,
@@ -237,7 +169,7 @@ class _Run:
 
     def _cost(self, products: FloatArray, weights: FloatArray, decay: FloatArray) -> FloatArray:
         cost = 0.5 * products[:, -1, -1]
-        if self.options.weight_decay > 0 or self.options.bayesian:
+        if self.options.bayesian:
             cost = cost + 0.5 * decay * (weights[:, self.free] ** 2).sum(axis=1)
         return cost
 
@@ -257,14 +189,7 @@ class _Run:
             self.products[chosen], self.weights[chosen], self.decay[chosen]
         )
 
-    def _record(
-        self,
-        mu: FloatArray,
-        gradient: FloatArray,
-        log: Callable[[dict[str, FloatArray]], None] | None,
-    ) -> None:
+    def _record(self, mu: FloatArray, gradient: FloatArray) -> None:
         row = np.array([self.cost, mu, gradient])
         row[:, self.codes != RUNNING] = np.nan
         self.history.append(row)
-        if log is not None:
-            log(dict(zip(_HISTORY, row, strict=True)))

@@ -16,7 +16,6 @@ class ResultCode(StrEnum):
     COST = "cost is low enough"
     EVALUATIONS = "all evaluations are used"
     DAMPING = "no step lowers the cost"
-    VALIDATION = "validation error no longer falls"
     NOT_FINITE = "cost is not finite"
 
 
@@ -29,7 +28,6 @@ CODES = {
     lm_step.COST: ResultCode.COST,
     lm_step.EVALUATIONS: ResultCode.EVALUATIONS,
     lm_step.DAMPING: ResultCode.DAMPING,
-    lm_step.VALIDATION: ResultCode.VALIDATION,
     lm_step.NOT_FINITE: ResultCode.NOT_FINITE,
 }
 
@@ -50,10 +48,6 @@ class Stopping:
         Decrease of the cost by a kept step, relative.
     cost : float
         Cost that is good enough (mean squared residual).
-    patience : int
-        Validations in a row that may fail to improve.
-    validate_every : int
-        Evaluations between validations.
     """
 
     max_evaluations: int = 100
@@ -61,5 +55,3 @@ class Stopping:
     step: float = 1e-12
     cost_change: float = 0.0
     cost: float = 0.0
-    patience: int = 5
-    validate_every: int = 5

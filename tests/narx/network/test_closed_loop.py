@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from narx.network.closed_loop import closed_loop, closed_loop_by_torch, closed_loop_jacobian
+from narx.network.closed_loop import closed_loop, closed_loop_by_torch
 from narx.network.structure import NarxStructure
 
 DEFAULT = NarxStructure()
@@ -131,25 +131,6 @@ def test_gradient_equals_autograd_through_an_explicit_loop(structure):
         gradients.append(torch.autograd.grad(total, arguments))
     for ours, theirs in zip(*gradients, strict=True):
         torch.testing.assert_close(ours, theirs, rtol=1e-10, atol=1e-10)
-
-
-def test_jacobian_against_finite_differences_and_autograd():
-    weights, inputs, state = problem(DEFAULT, 2, 160)
-    outputs, jac = closed_loop_jacobian(weights, inputs, state, structure=DEFAULT)
-    expected, _ = closed_loop(weights, inputs, state, structure=DEFAULT)
-    torch.testing.assert_close(outputs, expected, rtol=0, atol=1e-12)
-    step = 1e-6
-    for i in range(DEFAULT.n_weights):
-        shift = torch.zeros_like(weights)
-        shift[i] = step
-        up, _ = closed_loop(weights + shift, inputs, state, structure=DEFAULT, tanh="exact")
-        down, _ = closed_loop(weights - shift, inputs, state, structure=DEFAULT, tanh="exact")
-        torch.testing.assert_close(jac[..., i], (up - down) / (2 * step), rtol=1e-6, atol=1e-7)
-    short = inputs[:, :20]
-    by_autograd = torch.autograd.functional.jacobian(
-        lambda w: closed_loop_by_torch(w, short, state, structure=DEFAULT)[0], weights
-    )
-    torch.testing.assert_close(jac[:, :20], by_autograd, rtol=1e-10, atol=1e-12)
 
 
 def test_short_and_empty_inputs():

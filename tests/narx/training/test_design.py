@@ -14,7 +14,7 @@ from narx.training.design import NetworkDesign, train_network
 from narx.training.gradient import Adam, Lbfgs
 from narx.training.initial_weights import leaky_integrator_weights, random_weights
 from narx.training.least_squares.axis import NetworkFit
-from narx.training.least_squares.prior import TowardsPrior
+from narx.training.least_squares.problem import TowardsPrior
 from narx.training.levenberg_marquardt import LevenbergMarquardt
 from narx.training.objective import Objective
 from narx.windows.sequences import TrainingSequence, hold_back

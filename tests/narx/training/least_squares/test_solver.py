@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from narx.kernels.lm_step import damped_steps
 from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
-from narx.training.least_squares.damping import Damping, step_by_qr
+from narx.training.least_squares.damping import Damping
 from narx.training.least_squares.solver import Options, levenberg_marquardt
 from narx.training.least_squares.stopping import ResultCode, Stopping
 from narx.training.multi_start import biases, normal_starts
@@ -33,25 +33,19 @@ class Curve:
     n_weights = 2
     n_residuals = 2
 
-    def residuals(self, weights):
-        x, y = weights
-        jac = np.array([[-20.0 * x, 10.0], [-1.0, 0.0]])
-        return np.array([10.0 * (y - x * x), 1.0 - x]), jac
-
     def products(self, weights):
         out = []
-        for w in weights:
-            r, j = self.residuals(w)
+        for x, y in weights:
+            r = np.array([10.0 * (y - x * x), 1.0 - x])
+            j = np.array([[-20.0 * x, 10.0], [-1.0, 0.0]])
             both = np.column_stack([j, r])
             out.append(both.T @ both)
         return np.array(out)
 
 
 @pytest.mark.parametrize("scaling", ["identity", "diagonal"])
-@pytest.mark.parametrize("policy", ["factor", "gain_ratio"])
-@pytest.mark.parametrize("solve", ["cholesky", "qr", "auto"])
-def test_rosenbrock(scaling, policy, solve):
-    options = Options(Stopping(max_evaluations=300), Damping(scaling, policy), solve)
+def test_rosenbrock(scaling):
+    options = Options(Stopping(max_evaluations=300), Damping(scaling))
     result = levenberg_marquardt(Curve(), [[-1.2, 1.0], [2.0, -3.0]], options)
     np.testing.assert_allclose(result.weights, 1.0, atol=1e-6)
     assert all(code != ResultCode.NOT_FINITE for code in result.codes)
@@ -68,7 +62,7 @@ def test_no_kept_step_raises_the_cost():
     np.testing.assert_allclose(0.5 * fit.products(result.weights)[:, -1, -1], result.cost)
 
 
-def test_reaches_the_cost_of_scipy_from_the_same_start():
+def test_reaches_the_cost_of_scipy_from_the_same_start(one_step):
     inputs, targets = signals(300, noise=0.01)
     fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
     # starts in one valley: from far away, chance decides which of many equal ones is met
@@ -77,14 +71,19 @@ def test_reaches_the_cost_of_scipy_from_the_same_start():
     valley = levenberg_marquardt(fit, normal_starts(DEFAULT, 1, rng), options).weights
     starts = valley * (1.0 + 0.2 * rng.standard_normal((3, 19)))
     result = levenberg_marquardt(fit, starts, options)
+
+    def errors(w):
+        state = torch.zeros(1, 3, dtype=torch.float64)
+        return one_step(w, inputs[None], targets[None], state)[0] - targets
+
+    def residuals(w):
+        return errors(torch.from_numpy(w)).numpy()
+
+    def jacobian(w):
+        return torch.func.jacfwd(errors)(torch.from_numpy(w)).numpy()
+
     for start, cost in zip(starts, result.cost, strict=True):
-        theirs = least_squares(
-            lambda w: fit.residuals(w)[0],
-            start,
-            lambda w: fit.residuals(w)[1],
-            method="lm",
-            max_nfev=600,
-        )
+        theirs = least_squares(residuals, start, jacobian, method="lm", max_nfev=600)
         assert cost <= theirs.cost * (1.0 + 1e-3)
 
 
@@ -121,47 +120,22 @@ def test_the_step_solves_the_augmented_system():
     free = np.array([0, 2, 3, 5])
     mu, decay = 0.3, 0.2
     for diagonal in (False, True):
-        trial, numbers = np.empty((1, 6)), [np.empty(1) for _ in range(3)]
+        trial, numbers = np.empty((1, 6)), [np.empty(1) for _ in range(2)]
         damped_steps(
             np.array([0]), (both.T @ both)[None], w[None], free, np.array([mu]),
             np.array([decay]), diagonal, trial, *numbers,
         )  # fmt: skip
         steps = trial - w
-        by_qr, promised = step_by_qr(r, jac, w, free, mu, decay, diagonal)
         j = jac[:, free]
         scale = np.diag(j.T @ j) if diagonal else np.ones(4)
         matrix = j.T @ j + decay * np.eye(4) + mu * np.diag(scale)
         expected = np.linalg.solve(matrix, -(j.T @ r + decay * w[free]))
         np.testing.assert_allclose(steps[0, free], expected)
-        np.testing.assert_allclose(by_qr[free], expected)
         assert not steps[0, [1, 4]].any()
         # the decrease that the quadratic model promises
         s = expected
         model = (j.T @ r + decay * w[free]) @ s + 0.5 * s @ (j.T @ j + decay * np.eye(4)) @ s
-        np.testing.assert_allclose([numbers[0][0], promised], -model)
-
-
-def test_qr_where_the_normal_equations_are_too_ill_conditioned():
-    """Two columns that differ by 1e-9: their squares do not differ in float64."""
-    rng = np.random.default_rng(5)
-    a = rng.standard_normal(50)
-    jac = np.column_stack([a, a + 1e-9 * rng.standard_normal(50)])
-    wanted = jac @ np.array([1.0, 1.0])
-
-    class Line:
-        n_weights, n_residuals = 2, 50
-
-        def residuals(self, weights):
-            return jac @ weights - wanted, jac
-
-        def products(self, weights):
-            both = [np.column_stack([jac, jac @ w - wanted]) for w in weights]
-            return np.array([b.T @ b for b in both])
-
-    damping = Damping(initial=1e-27, smallest=1e-30)
-    options = Options(Stopping(max_evaluations=5), damping, "auto")
-    result = levenberg_marquardt(Line(), [3.0, 5.0], options)
-    np.testing.assert_allclose(result.weights[0], 1.0, atol=1e-5)
+        np.testing.assert_allclose(numbers[0][0], -model)
 
 
 def test_codes():
@@ -184,34 +158,13 @@ def test_codes():
     assert exact.n_evaluations[0] < 100
 
 
-def test_validation_stops_and_returns_the_best():
-    inputs, targets = signals(200, noise=0.2)
-    fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
-    others = NetworkFit(*signals(200, noise=0.2, seed=1), structure=DEFAULT, horizon=1)
-    start = normal_starts(DEFAULT, 1, np.random.default_rng(0))
-    options = Options(Stopping(max_evaluations=400, patience=3, validate_every=2))
-    result = levenberg_marquardt(fit, start, options, validation=others)
-    assert result.codes == [ResultCode.VALIDATION]
-    n = int(result.n_evaluations[0])
-    assert n < 400
-    same_way = levenberg_marquardt(fit, start, Options(Stopping(max_evaluations=n)))
-    held_back, at_the_end = (others.products(r.weights)[0, -1, -1] for r in (result, same_way))
-    assert held_back < at_the_end
-    assert result.cost[0] > same_way.cost[0]
-
-
-def test_weight_decay_and_bayesian_regularisation():
+def test_bayesian_regularisation():
     inputs, targets = signals(200, noise=0.05)
     fit = NetworkFit(inputs, targets, structure=DEFAULT, horizon=1)
-    start = normal_starts(DEFAULT, 1, np.random.default_rng(0))
-    plain = levenberg_marquardt(fit, start)
-    decayed = levenberg_marquardt(fit, start, Options(weight_decay=1.0))
-    assert np.linalg.norm(decayed.weights) < np.linalg.norm(plain.weights)
-    ends = []
-    for first in (0.0, 1.0):
-        options = Options(Stopping(max_evaluations=300), weight_decay=first, bayesian=True)
-        ends.append(levenberg_marquardt(fit, start, options))
-    for end in ends:
+    starts = normal_starts(DEFAULT, 2, np.random.default_rng(0))
+    options = Options(Stopping(max_evaluations=300), bayesian=True)
+    for start in starts:
+        end = levenberg_marquardt(fit, start, options)
         # the fixed point of MacKay's rule: decay = gamma E_D / (E_W (N - gamma))
         products = fit.products(end.weights)[0]
         jtj = np.tril(products[:-1, :-1])
