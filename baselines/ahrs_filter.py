@@ -1,77 +1,84 @@
-"""What the two adapters to the library `ahrs` share."""
+"""What Madgwick's and Mahony's filters share: a quaternion that goes on from sample to sample."""
 
 from typing import Any, ClassVar
 
 import numpy as np
 
-from narx.baselines.orientation_filter import AnglesOneByOne, angles_of
-from narx.baselines.parameters import optional_library
-from narx.kinematics.segment_angles import gyroscope_xyz, orientation_from_angles
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.baselines.orientation_filter import AnglesOneByOne, OrientationFilter
+from narx.kinematics.segment_angles import (
+    gyroscope_xyz,
+    orientation_from_angles,
+    tilt_from_specific_force,
+)
+from narx.method import SegmentSignals, Step
 from narx.types import FloatArray
 
 
-class AhrsFilter(OrientationMethod):
-    """A filter of the library `ahrs` with gyroscope and accelerometer.
+class AhrsFilter(OrientationFilter):
+    """A compiled filter (`narx.kernels.ahrs`) with gyroscope and accelerometer.
 
     Parameters
     ----------
-    parameters : dict
-        Passed to the library's class as they are.
-
-    Raises
-    ------
-    MethodNotApplicableError
-        If the package `ahrs` is not installed.
+    gains : float or tuple of float
+        As the kernel takes them.
+    **heading : Any
+        As in `narx.baselines.orientation_filter.OrientationFilter`.
 
     Notes
     -----
-    Starts from the initial angles where they are known, otherwise, as the library does, from
-    the first accelerometer sample.
+    Starts from the initial angles where they are known, otherwise from the tilt of the first
+    accelerometer sample, and as the library `ahrs` estimates nothing at that sample.
     """
 
-    library_class: ClassVar[str]
-    needs_accelerometer = True
+    kernel: ClassVar[Any]
     streams = True
 
-    def __init__(self, parameters: dict[str, float]) -> None:
-        filters = optional_library(self.name, "ahrs").filters
-        self._class: Any = getattr(filters, self.library_class)
-        self._parameters = parameters
+    def __init__(self, gains: Any, **heading: Any) -> None:
+        super().__init__(**heading)
+        self._gains = gains
 
-    def _estimate(self, signals: SegmentSignals) -> FloatArray:
-        if not signals.n_samples:
-            return np.empty((0, 3))
+    def _orientation(self, signals: SegmentSignals) -> FloatArray:
         initial = signals.initial_angles_rad
-        result = self._class(
-            gyr=gyroscope_xyz(signals.axis_rates_rad_s),
-            acc=np.ascontiguousarray(signals.specific_force_m_s2),
-            frequency=signals.sampling_rate_hz,
-            q0=None if initial is None else orientation_from_angles(initial)[0],
-            **self._parameters,
+        force = np.ascontiguousarray(signals.specific_force_m_s2)
+        out = np.empty((signals.n_samples, 4))
+        out[0] = _from_gravity(force[0]) if initial is None else orientation_from_angles(initial)[0]
+        type(self).kernel(
+            gyroscope_xyz(signals.axis_rates_rad_s)[1:],
+            force[1:],
+            signals.interval_s,
+            self._gains,
+            out[0].copy(),
+            np.zeros(3),
+            out[1:],
         )
-        return angles_of(result.Q, signals)
+        return out
 
     def _stream(self, sampling_rate_hz: float) -> Step:
-        running = self._class(frequency=sampling_rate_hz, **self._parameters)
+        self.heading.refuse_stream(self.name)
         angles = AnglesOneByOne()
         quaternion: FloatArray | None = None
+        bias, out = np.zeros(3), np.empty((1, 4))
 
         def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
             nonlocal quaternion
-            gyroscope = gyroscope_xyz(axis_rates)
-            force = np.asarray(specific_force, dtype=float)
+            force = np.array(specific_force, dtype=float)
             if quaternion is None:
-                # the library's own start from one accelerometer sample
-                first = self._class(
-                    gyr=gyroscope[None],
-                    acc=force[None],
-                    frequency=sampling_rate_hz,
-                    **self._parameters,
-                )
-                quaternion = first.Q[0]
-            else:
-                quaternion = running.updateIMU(quaternion, gyroscope, force)
-            return angles(quaternion)
+                quaternion = _from_gravity(force)
+                return angles(quaternion)
+            type(self).kernel(
+                gyroscope_xyz(axis_rates)[None],
+                force[None],
+                1.0 / sampling_rate_hz,
+                self._gains,
+                quaternion,
+                bias,
+                out,
+            )
+            return angles(out[0])
 
         return step
+
+
+def _from_gravity(specific_force_m_s2: FloatArray) -> FloatArray:
+    tilt = tilt_from_specific_force(specific_force_m_s2)
+    return np.asarray(orientation_from_angles(np.append(tilt, 0.0))[0])

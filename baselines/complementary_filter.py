@@ -1,18 +1,22 @@
 """First-order complementary filter: the gyroscope above a crossover, the accelerometer below."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from narx.baselines.parameters import one_of, positive, tilt_axes
+from narx.baselines.heading import Heading
+from narx.baselines.parameters import both_if_coupled, one_of, positive, tilt_axes
+from narx.baselines.recursive import Constants, GivenStartUp, Inputs, RecursiveMethod
 from narx.errors import UserError
-from narx.kernels.gravity import complementary, complementary_step, tilt
-from narx.kinematics.segment_angles import FRONTAL, tilt_from_specific_force
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.kernels.gravity import tilt
+from narx.kernels.recursions import pull
+from narx.kinematics.segment_angles import FRONTAL, TRANSVERSE, tilt_from_specific_force
+from narx.method import SegmentSignals
 from narx.types import FloatArray
 
 
-class ComplementaryFilter(OrientationMethod):
+class ComplementaryFilter(RecursiveMethod):
     """Integrate the gyroscope and pull the angle towards the accelerometer's tilt.
 
     Parameters
@@ -25,6 +29,10 @@ class ComplementaryFilter(OrientationMethod):
     axes : sequence of str
         ``sagittal``, ``frontal`` or both. What is left out, and the transverse axis, which
         gravity does not show, is NaN.
+    coupled, start_up, washout_s, smoothing
+        As in `narx.baselines.recursive.RecursiveMethod`.
+    heading, heading_leak_rad_s
+        As `treatment` and `leak_rad_s` of `narx.baselines.heading.Heading`.
 
     Notes
     -----
@@ -39,17 +47,25 @@ class ComplementaryFilter(OrientationMethod):
 
     name = "complementary_filter"
     needs_accelerometer = True
-    streams = True
+    _recursion = pull
 
     def __init__(
         self,
         crossover_hz: float = 0.1,
         rule: str = "trapezoid",
         axes: Sequence[str] = ("sagittal", "frontal"),
+        coupled: bool = False,
+        start_up: GivenStartUp = None,
+        washout_s: float | None = None,
+        smoothing: bool = False,
+        heading: str = "own",
+        heading_leak_rad_s: float = 0.1,
     ) -> None:
+        super().__init__(coupled, start_up, washout_s, smoothing)
         self.crossover_hz = positive(self.name, "crossover_hz", crossover_hz)
         self.rule = one_of(self.name, "rule", rule, ("trapezoid", "rectangle"))
-        self.columns = tilt_axes(self.name, axes)
+        self.columns = both_if_coupled(self.name, tilt_axes(self.name, axes), coupled)
+        self.heading = Heading(heading, heading_leak_rad_s)
 
     @classmethod
     def from_alpha(
@@ -104,47 +120,25 @@ class ComplementaryFilter(OrientationMethod):
         """
         return 1.0 / (1.0 + 2.0 * np.pi * self.crossover_hz / sampling_rate_hz)
 
-    def _estimate(self, signals: SegmentSignals) -> FloatArray:
-        initial = signals.initial_angles_rad
-        angles = np.full((signals.n_samples, 3), np.nan)
-        tilts = tilt_from_specific_force(signals.specific_force_m_s2)
-        gain = 1.0 - self.alpha(signals.sampling_rate_hz)
-        for axis in self.columns:
-            angles[:, axis] = complementary(
-                np.ascontiguousarray(signals.axis_rates_rad_s[:, axis]),
-                np.ascontiguousarray(tilts[:, axis]),
-                0.0 if initial is None else float(initial[axis]),
-                signals.interval_s,
-                gain,
-                self.rule == "trapezoid",
-            )
-        return angles
+    def _parameters(self, interval_s: float) -> Constants:
+        return interval_s, float(self.rule == "trapezoid"), 1.0 - self.alpha(1.0 / interval_s)
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
-        interval_s = 1.0 / sampling_rate_hz
-        gain = 1.0 - self.alpha(sampling_rate_hz)
-        trapezoid = self.rule == "trapezoid"
-        angles = [np.nan, np.nan, np.nan]
-        for axis in self.columns:
-            angles[axis] = 0.0
-        before: list[float] | None = None
+    @property
+    def _extras_are_angles(self) -> bool:
+        return True
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal before
-            rates = [axis_rates[0], axis_rates[1], axis_rates[2]]
-            if before is not None:
-                x, y, z = specific_force
-                for axis in self.columns:
-                    angles[axis] = complementary_step(
-                        angles[axis],
-                        rates[axis],
-                        before[axis],
-                        tilt(axis == FRONTAL, x, y, z),
-                        interval_s,
-                        gain,
-                        trapezoid,
-                    )
-            before = rates
-            return np.array(angles)
+    def _inputs(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray]:
+        tilts = np.full((signals.n_samples, 3), np.nan)
+        tilts[:, :TRANSVERSE] = tilt_from_specific_force(signals.specific_force_m_s2)
+        return signals.axis_rates_rad_s, tilts
 
-        return step
+    def _inputs_one_by_one(self, sampling_rate_hz: float) -> Inputs:
+        def inputs(
+            axis_rates: FloatArray, specific_force: FloatArray
+        ) -> tuple[FloatArray, Sequence[Any]]:
+            tilts: list[Any] = [np.nan] * 3
+            for axis in self.columns:
+                tilts[axis] = tilt(axis == FRONTAL, *specific_force)
+            return axis_rates, tilts
+
+        return inputs

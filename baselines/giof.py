@@ -1,24 +1,37 @@
 """Gyro integration-based orientation filter: integrate, and take gravity when it is alone."""
 
 from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import signal
 
+from narx.baselines.heading import Heading
 from narx.baselines.moving_average import centred_moving_average
-from narx.baselines.parameters import one_of, positive, tilt_axes
+from narx.baselines.parameters import both_if_coupled, one_of, positive, tilt_axes
+from narx.baselines.recursive import Constants, GivenStartUp, Inputs, RecursiveMethod
 from narx.errors import MethodNotApplicableError, UserError
 from narx.gait.stride_frequency import stride_frequency_hz
-from narx.kernels.gravity import giof, gravity_alone, integrate, tilt
-from narx.kinematics.segment_angles import FRONTAL, SAGITTAL
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.kernels.gravity import gravity_alone, tilt
+from narx.kernels.recursions import reset
+from narx.kinematics.segment_angles import (
+    FRONTAL,
+    SAGITTAL,
+    TRANSVERSE,
+    coupled_rates,
+    tilt_from_specific_force,
+)
+from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
-from narx.types import FloatArray
+from narx.types import BoolArray, FloatArray
 
 _PAPERS_OFFSET_WINDOW_S = 1.5  # 150 samples at 100 Hz
 
 
-class Giof(OrientationMethod):
+class Giof(RecursiveMethod):
     """Integrate the gyroscope; where the accelerometer reads gravity alone, believe it instead.
 
     Parameters
@@ -47,6 +60,10 @@ class Giof(OrientationMethod):
     static_offset_deg_s : sequence of float
         Real time: offset subtracted from the three axis rates, deg/s, on top of the static
         bias that calibration has removed already.
+    coupled, start_up, washout_s, smoothing
+        As in `narx.baselines.recursive.RecursiveMethod`.
+    heading, heading_leak_rad_s
+        As `treatment` and `leak_rad_s` of `narx.baselines.heading.Heading`.
 
     Notes
     -----
@@ -63,7 +80,7 @@ class Giof(OrientationMethod):
 
     name = "giof"
     needs_accelerometer = True
-    streams = True
+    _recursion = reset
 
     def __init__(
         self,
@@ -76,9 +93,17 @@ class Giof(OrientationMethod):
         offset_window_s: float | None = _PAPERS_OFFSET_WINDOW_S,
         low_pass_hz: float | None = 10.0,
         static_offset_deg_s: Sequence[float] = (0.0, 0.0, 0.0),
+        coupled: bool = False,
+        start_up: GivenStartUp = None,
+        washout_s: float | None = None,
+        smoothing: bool = False,
+        heading: str = "own",
+        heading_leak_rad_s: float = 0.1,
     ) -> None:
+        super().__init__(coupled, start_up, washout_s, smoothing)
+        self.heading = Heading(heading, heading_leak_rad_s)
         self.mode = one_of(self.name, "mode", mode, ("offline", "real_time"))
-        self.columns = tilt_axes(self.name, axes)
+        self.columns = both_if_coupled(self.name, tilt_axes(self.name, axes), coupled)
         self.eta_m_s2 = positive(self.name, "eta_m_s2", eta_m_s2)
         self.rate_threshold_rad_s = float(
             np.deg2rad(positive(self.name, "rate_threshold_deg_s", rate_threshold_deg_s))
@@ -109,29 +134,41 @@ class Giof(OrientationMethod):
     def _rest_samples(self, sampling_rate_hz: float) -> int:
         return 1 + round(self.rest_s * sampling_rate_hz)
 
-    def _estimate(self, signals: SegmentSignals) -> FloatArray:
-        angles = np.full((signals.n_samples, 3), np.nan)
-        if not signals.n_samples:
-            return angles
+    def _parameters(self, interval_s: float) -> Constants:
+        return interval_s, 0.0, 0.0
+
+    @property
+    def _extras_are_angles(self) -> bool:
+        return True
+
+    @property
+    def _couples_as_it_runs(self) -> bool:
+        return self.coupled and self.mode == "real_time"
+
+    def _inputs(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray]:
         if self.mode == "offline":
-            rates, force = self._clean(signals), signals.specific_force_m_s2
+            rates, force = self._clean(self._coupled_by_a_first_pass(signals))
         else:
             rates, force = self._low_pass(signals)
-        initial = signals.initial_angles_rad
-        start = np.zeros(3) if initial is None else np.asarray(initial, dtype=float)
-        angles[:, self.columns] = giof(
-            np.ascontiguousarray(rates[:, self.columns]),
-            np.ascontiguousarray(force),
-            np.array(self.columns) == FRONTAL,
-            start[self.columns],
-            0.5 * signals.interval_s,
-            *self._norm_squared_range,
-            self.rate_threshold_rad_s,
-            self._rest_samples(signals.sampling_rate_hz),
-        )
-        return angles
+        low, high = self._norm_squared_range
+        norm_squared = (force**2).sum(axis=1)
+        resting = (low < norm_squared) & (norm_squared < high)
+        resting &= (np.abs(rates[:, self.columns]) < self.rate_threshold_rad_s).all(axis=1)
+        rested = _run_lengths(resting) >= self._rest_samples(signals.sampling_rate_hz)
+        angles = np.full_like(rates, np.nan)
+        angles[rested, :TRANSVERSE] = tilt_from_specific_force(force[rested])
+        return rates, angles
 
-    def _clean(self, signals: SegmentSignals) -> FloatArray:
+    def _coupled_by_a_first_pass(self, signals: SegmentSignals) -> SegmentSignals:
+        """Signals with the rates of the angles: a mean taken off comes after what couples them."""
+        if not self.coupled:
+            return signals
+        first = copy(self)
+        first.coupled = False
+        tilt_rad = first.estimate(signals)
+        return replace(signals, axis_rates_rad_s=coupled_rates(signals.axis_rates_rad_s, tilt_rad))
+
+    def _clean(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray]:
         """Gyroscope without noise and offset, by centred moving averages."""
         rates, rate_hz = signals.axis_rates_rad_s, signals.sampling_rate_hz
         window_s = self.offset_window_s
@@ -139,7 +176,8 @@ class Giof(OrientationMethod):
             found = stride_frequency_hz(rates[:, SAGITTAL], rate_hz)
             window_s = 2.0 / found if np.isfinite(found) else _PAPERS_OFFSET_WINDOW_S
         offset = centred_moving_average(rates, window_s, rate_hz)
-        return centred_moving_average(rates, self.noise_window_s, rate_hz) - offset
+        clean = centred_moving_average(rates, self.noise_window_s, rate_hz) - offset
+        return clean, signals.specific_force_m_s2
 
     def _butterworth(self, sampling_rate_hz: float) -> tuple[FloatArray, FloatArray] | None:
         if self.low_pass_hz is None:
@@ -162,7 +200,7 @@ class Giof(OrientationMethod):
         smooth, _ = signal.lfilter(b, a, six, axis=0, zi=signal.lfilter_zi(b, a)[:, None] * six[0])
         return smooth[:, :3] - self.static_offset_rad_s, smooth[:, 3:]
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
+    def _inputs_one_by_one(self, sampling_rate_hz: float) -> Inputs:
         if self.mode == "offline":
             raise MethodNotApplicableError(
                 f"method {self.name}: mode=offline needs the whole recording; "
@@ -170,32 +208,35 @@ class Giof(OrientationMethod):
             )
         smooth = _channel_filters(self._butterworth(sampling_rate_hz))
         offset = self.static_offset_rad_s.tolist()
-        half_s = 0.5 / sampling_rate_hz
         low, high = self._norm_squared_range
-        threshold = self.rate_threshold_rad_s
-        angles = [np.nan, np.nan, np.nan]
-        for axis in self.columns:
-            angles[axis] = 0.0
-        before: dict[int, float] | None = None
         needed, rested = self._rest_samples(sampling_rate_hz), 0
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal before, rested
-            rates = {axis: smooth[axis](axis_rates[axis]) - offset[axis] for axis in self.columns}
+        def inputs(
+            axis_rates: FloatArray, specific_force: FloatArray
+        ) -> tuple[Sequence[Any], Sequence[Any]]:
+            nonlocal rested
+            wanted = range(3) if self.coupled else self.columns
+            rates: list[Any] = [0.0] * 3
+            for axis in wanted:
+                rates[axis] = smooth[axis](axis_rates[axis]) - offset[axis]
             x, y, z = (smooth[3 + i](specific_force[i]) for i in range(3))
             resting = gravity_alone(x, y, z, low, high) and all(
-                abs(rates[axis]) < threshold for axis in self.columns
+                abs(rates[axis]) < self.rate_threshold_rad_s for axis in self.columns
             )
             rested = rested + 1 if resting else 0
-            for axis in self.columns:
-                if rested >= needed:
+            angles: list[Any] = [np.nan] * 3
+            if rested >= needed:
+                for axis in self.columns:
                     angles[axis] = tilt(axis == FRONTAL, x, y, z)
-                elif before is not None:
-                    angles[axis] = integrate(angles[axis], rates[axis], before[axis], half_s)
-            before = rates
-            return np.array(angles)
+            return rates, angles
 
-        return step
+        return inputs
+
+
+def _run_lengths(true: BoolArray) -> NDArray[np.int64]:
+    """How many samples in a row have been true, this one included."""
+    count = np.arange(1, len(true) + 1)
+    return count - np.maximum.accumulate(np.where(true, 0, count))
 
 
 def _channel_filters(

@@ -1,7 +1,9 @@
-"""Adapter to Madgwick's gradient-descent filter (library `ahrs`), without magnetometer."""
+"""Madgwick's gradient-descent filter, without magnetometer."""
 
 from narx.baselines.ahrs_filter import AhrsFilter
 from narx.baselines.parameters import positive
+from narx.baselines.recursive import GivenStartUp
+from narx.kernels.ahrs import madgwick
 
 
 class Madgwick(AhrsFilter):
@@ -11,21 +13,28 @@ class Madgwick(AhrsFilter):
     ----------
     gain : float
         Step of the correction towards the accelerometer, rad/s (beta).
-
-    Raises
-    ------
-    MethodNotApplicableError
-        If the package `ahrs` is not installed.
+    heading, heading_leak_rad_s, start_up
+        As in `narx.baselines.orientation_filter.OrientationFilter`.
 
     Notes
     -----
-    S. O. H. Madgwick, A. J. L. Harrison and R. Vaidyanathan, ICORR 2011. The library makes no
-    correction at a sample whose rates are all exactly zero. It runs in Python, at some
-    50 microseconds a sample.
+    S. O. H. Madgwick, A. J. L. Harrison and R. Vaidyanathan, ICORR 2011. The numbers are those of
+    the library `ahrs`, which makes no step at a sample whose rates are all exactly zero.
     """
 
     name = "madgwick"
-    library_class = "Madgwick"
+    kernel = madgwick
 
-    def __init__(self, gain: float = 0.033) -> None:
-        super().__init__({"gain": positive(self.name, "gain", gain)})
+    def __init__(
+        self,
+        gain: float = 0.033,
+        heading: str = "own",
+        heading_leak_rad_s: float = 0.1,
+        start_up: GivenStartUp = None,
+    ) -> None:
+        super().__init__(
+            positive(self.name, "gain", gain),
+            heading=heading,
+            heading_leak_rad_s=heading_leak_rad_s,
+            start_up=start_up,
+        )

@@ -1,7 +1,9 @@
-"""Adapter to Mahony's explicit complementary filter (library `ahrs`), without magnetometer."""
+"""Mahony's explicit complementary filter, without magnetometer."""
 
 from narx.baselines.ahrs_filter import AhrsFilter
 from narx.baselines.parameters import positive
+from narx.baselines.recursive import GivenStartUp
+from narx.kernels.ahrs import mahony
 
 
 class Mahony(AhrsFilter):
@@ -13,26 +15,33 @@ class Mahony(AhrsFilter):
         Correction of the rates towards the accelerometer, 1/s (k_P).
     integral_gain : float
         Correction of the gyroscope's bias, 1/s^2 (k_I).
-
-    Raises
-    ------
-    MethodNotApplicableError
-        If the package `ahrs` is not installed.
+    heading, heading_leak_rad_s, start_up
+        As in `narx.baselines.orientation_filter.OrientationFilter`.
 
     Notes
     -----
-    R. Mahony, T. Hamel and J.-M. Pflimlin, IEEE Transactions on Automatic Control 53(5), 2008.
-    The library makes no correction at a sample whose rates are all exactly zero. It runs in
-    Python, at some 60 microseconds a sample.
+    R. Mahony, T. Hamel and J.-M. Pflimlin, IEEE Transactions on Automatic Control 53(5), 2008. The
+    numbers are those of the library `ahrs`, which makes no step at a sample whose rates are all
+    exactly zero.
     """
 
     name = "mahony"
-    library_class = "Mahony"
+    kernel = mahony
 
-    def __init__(self, proportional_gain: float = 1.0, integral_gain: float = 0.3) -> None:
+    def __init__(
+        self,
+        proportional_gain: float = 1.0,
+        integral_gain: float = 0.3,
+        heading: str = "own",
+        heading_leak_rad_s: float = 0.1,
+        start_up: GivenStartUp = None,
+    ) -> None:
         super().__init__(
-            {
-                "k_P": positive(self.name, "proportional_gain", proportional_gain),
-                "k_I": positive(self.name, "integral_gain", integral_gain),
-            }
+            (
+                positive(self.name, "proportional_gain", proportional_gain),
+                positive(self.name, "integral_gain", integral_gain),
+            ),
+            heading=heading,
+            heading_leak_rad_s=heading_leak_rad_s,
+            start_up=start_up,
         )

@@ -17,6 +17,7 @@ import pandas as pd
 from narx.baselines import two_point
 from narx.errors import MethodNotApplicableError
 from narx.kernels.gravity import tilt
+from narx.kernels.recursions import integrate
 from narx.method import OrientationMethod, SegmentSignals
 from narx.types import FloatArray
 
@@ -213,8 +214,11 @@ def count_two_point(signals: SegmentSignals) -> dict[str, float]:
         for force in ends
     )
     rates = counted(signals.axis_rates_rad_s, counts)
-    turned = two_point._integrate(rates, "rectangle")
-    gyroscope = at_start + signals.interval_s * turned
+    constants = signals.interval_s, 0.0, 0.0  # 0: the rectangle
+    gyroscope = np.tile(at_start, (len(rates), 1))
+    for k, axis in np.ndindex(len(rates) - 1, 3):
+        before, rate = rates[k : k + 2, axis]
+        gyroscope[k + 1, axis], _ = integrate(gyroscope[k, axis], 0.0, before, rate, 0.0, constants)
     errors = gyroscope[0] - at_start, gyroscope[-1] - at_stop
     drift = two_point._drift_line(*errors, len(gyroscope))
     two_point._compensate(gyroscope, drift)

@@ -1,40 +1,63 @@
-"""What the adapters to full orientation filters share: signals in, three angles out."""
+"""What all orientation filters share: signals in, three angles out, and a heading of their own."""
+
+from abc import abstractmethod
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from narx.baselines.heading import Heading
+from narx.baselines.recursive import GivenStartUp
+from narx.inference.composition import start_up_of
 from narx.kinematics.segment_angles import TRANSVERSE, angles_from_orientation
-from narx.method import SegmentSignals
+from narx.method import OrientationMethod, SegmentSignals
 from narx.types import FloatArray
 
 
-def angles_of(quaternion_wxyz: FloatArray, signals: SegmentSignals) -> FloatArray:
-    """Turn a filter's orientations into angles whose heading starts where the segment does.
+class OrientationFilter(OrientationMethod):
+    """A filter whose answer is an orientation, from gyroscope and accelerometer.
+
+    Its axes are coupled by nature, and gravity gives it the mean tilt, so that of the parts of
+    `narx.inference.composition` only the start-up has something to add: a posture of the heading.
 
     Parameters
     ----------
-    quaternion_wxyz : ndarray, shape (N, 4)
-        Orientation of the anatomical frame against a world with z up and any heading.
-    signals : SegmentSignals
-        For the heading at the first sample; zero where it is not known.
-
-    Returns
-    -------
-    ndarray, shape (N, 3)
-        Angles in rad. Without a magnetometer a filter's heading is arbitrary, so the transverse
-        angle is counted from the first sample.
+    heading, heading_leak_rad_s
+        As `treatment` and `leak_rad_s` of `narx.baselines.heading.Heading`.
+    start_up : StartUp, mapping, bool, optional
+        With ``heading=leak``: gives the heading of the start and its posture; True takes the
+        default one.
     """
-    if not len(quaternion_wxyz):
-        return np.empty((0, 3))
-    angles = angles_from_orientation(quaternion_wxyz)
-    initial = signals.initial_angles_rad
-    first = 0.0 if initial is None else float(initial[TRANSVERSE])
-    angles[:, TRANSVERSE] += first - angles[0, TRANSVERSE]
-    return angles
+
+    needs_accelerometer = True
+
+    def __init__(
+        self,
+        heading: str = "own",
+        heading_leak_rad_s: float = 0.1,
+        start_up: GivenStartUp = None,
+    ) -> None:
+        self.heading = Heading(heading, heading_leak_rad_s)
+        self.start_up = start_up_of(start_up, self.name)
+
+    @abstractmethod
+    def _orientation(self, signals: SegmentSignals) -> FloatArray:
+        """Quaternions w, x, y, z (N, 4) against a world with z up and any heading."""
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        if not signals.n_samples:
+            return np.empty((0, 3))
+        angles = angles_from_orientation(self._orientation(signals))
+        # without a magnetometer a filter's heading is arbitrary: counted from the first sample
+        initial = signals.initial_angles_rad
+        first = 0.0 if initial is None else float(initial[TRANSVERSE])
+        angles[:, TRANSVERSE] += first - angles[0, TRANSVERSE]
+        return self.heading.of(
+            angles, signals.axis_rates_rad_s, signals.interval_s, initial, self.start_up
+        )
 
 
 class AnglesOneByOne:
-    """The same as `angles_of`, from zero heading, one orientation at a time."""
+    """Angles of one orientation after the other, from zero heading."""
 
     def __init__(self) -> None:
         self._offset: float | None = None

@@ -91,6 +91,33 @@ def tilt_axes(method: str, axes: Sequence[str]) -> list[int]:
     return [column for column, axis in enumerate(AXES) if axis in axes]
 
 
+def both_if_coupled(method: str, columns: list[int], coupled: bool) -> list[int]:
+    """Refuse coupled axes where one of them is not estimated.
+
+    Parameters
+    ----------
+    method : str
+        Name of the method, for the message.
+    columns : list of int
+        From `tilt_axes`.
+    coupled : bool
+        Whether the axes are coupled.
+
+    Returns
+    -------
+    list of int
+        The same columns.
+
+    Raises
+    ------
+    UserError
+        If the axes are coupled and not both of them are there.
+    """
+    if coupled and len(columns) < 2:
+        raise UserError(f"method {method}: coupled=true needs axes [sagittal, frontal]")
+    return columns
+
+
 def optional_library(method: str, package: str) -> ModuleType:
     """Import a library that only some methods need.
 

@@ -1,17 +1,20 @@
 """Pseudo-integrator: a band-pass that integrates above its breakpoint and forgets below it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from narx.baselines.parameters import one_of, positive
+from narx.baselines.recursive import Constants, GivenStartUp, Inputs, RecursiveMethod
 from narx.errors import MethodNotApplicableError
 from narx.gait.stride_frequency import StrideFrequencyTracker, stride_frequency_hz
-from narx.kernels.pseudo_integrator import pseudo_integrate, pseudo_integrator_step
+from narx.kernels.recursions import band_pass
 from narx.kinematics.segment_angles import SAGITTAL
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.method import SegmentSignals
 from narx.types import FloatArray
 
 
-class PseudoIntegrator(OrientationMethod):
+class PseudoIntegrator(RecursiveMethod):
     """Integrate each axis with two real poles instead of the integrator's pole at zero.
 
     Parameters
@@ -28,6 +31,8 @@ class PseudoIntegrator(OrientationMethod):
         from the strides so far, which also works sample by sample.
     frequency_without_gait_hz : float
         What stands in where no walking is found, and for 'following' until the first stride.
+    coupled, start_up, washout_s, smoothing
+        As in `narx.baselines.recursive.RecursiveMethod`.
 
     Notes
     -----
@@ -35,11 +40,13 @@ class PseudoIntegrator(OrientationMethod):
     ``tau = 1 / wn``, here as a leaky integrator and a high-pass filter one after the other,
     ``z' = v - z / tau``, ``w' = (z - w) / tau``, ``p = z - w``, by the trapezoidal rule
     (bilinear transform). In these states, both angles, a breakpoint that changes makes no jump.
-    Starts from zero states, as the paper does; a static bias and the mean angle are both lost.
+    Starts from zero states, as the paper does, or from the start-up's; a static bias is lost, and
+    so is the mean angle, but for the posture of a start-up.
     """
 
     name = "pseudo_integrator"
-    streams = True
+    _recursion = band_pass
+    holds_first = False
 
     def __init__(
         self,
@@ -47,7 +54,12 @@ class PseudoIntegrator(OrientationMethod):
         gait_frequency_hz: float | None = None,
         frequency: str = "constant",
         frequency_without_gait_hz: float = 0.9,
+        coupled: bool = False,
+        start_up: GivenStartUp = None,
+        washout_s: float | None = None,
+        smoothing: bool = False,
     ) -> None:
+        super().__init__(coupled, start_up, washout_s, smoothing)
         self.breakpoint_ratio = positive(self.name, "breakpoint_ratio", breakpoint_ratio)
         self.gait_frequency_hz = (
             None
@@ -88,12 +100,14 @@ class PseudoIntegrator(OrientationMethod):
             frequency = np.full(len(sagittal), constant)
         return 2.0 * np.pi * self.breakpoint_ratio * frequency
 
-    def _estimate(self, signals: SegmentSignals) -> FloatArray:
-        rates = np.ascontiguousarray(signals.axis_rates_rad_s)
-        return pseudo_integrate(rates, self.breakpoint_rad_s(signals), signals.interval_s)
+    def _parameters(self, interval_s: float) -> Constants:
+        return interval_s, 0.0, 0.0
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
-        interval_s = 1.0 / sampling_rate_hz
+    def _inputs(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray]:
+        breakpoints = np.repeat(self.breakpoint_rad_s(signals)[:, None], 3, axis=1)
+        return signals.axis_rates_rad_s, breakpoints
+
+    def _inputs_one_by_one(self, sampling_rate_hz: float) -> Inputs:
         fixed_hz = self.gait_frequency_hz
         if fixed_hz is None and self.frequency == "constant":
             raise MethodNotApplicableError(
@@ -102,15 +116,12 @@ class PseudoIntegrator(OrientationMethod):
                 "frequency=following"
             )
         track = self._tracker.start(sampling_rate_hz)
-        states = [(0.0, 0.0, 0.0)] * 3
         scale = 2.0 * np.pi * self.breakpoint_ratio
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+        def inputs(
+            axis_rates: FloatArray, specific_force: FloatArray
+        ) -> tuple[FloatArray, Sequence[float]]:
             frequency = track(axis_rates[SAGITTAL]) if fixed_hz is None else fixed_hz
-            for axis in range(3):
-                states[axis] = pseudo_integrator_step(
-                    states[axis], axis_rates[axis], scale * frequency, interval_s
-                )
-            return np.array([angle - mean for angle, mean, _ in states])
+            return axis_rates, (scale * frequency,) * 3
 
-        return step
+        return inputs

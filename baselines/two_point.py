@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from narx.baselines.gyro_integration import GyroIntegration
 from narx.baselines.moving_average import centred_moving_average
 from narx.baselines.parameters import one_of, positive
 from narx.errors import MethodNotApplicableError, UserError
@@ -59,6 +60,8 @@ class TwoPoint(OrientationMethod):
         How many times the mean deviation of the first second.
     rule : {"trapezoid", "rectangle"}
         How the rate goes between two samples; the paper prints the rectangle (eq. (9)).
+    coupled : bool
+        Integrate the rates of the angles instead of the gyroscope's own axes.
 
     Notes
     -----
@@ -84,6 +87,7 @@ class TwoPoint(OrientationMethod):
         shaky_legs: bool = False,
         shaky_margin: float = 2.0,
         rule: str = "trapezoid",
+        coupled: bool = False,
     ) -> None:
         if (start_s is None) != (stop_s is None):
             raise UserError(
@@ -100,6 +104,7 @@ class TwoPoint(OrientationMethod):
         self.shaky_legs = shaky_legs
         self.shaky_margin = positive(self.name, "shaky_margin", shaky_margin)
         self.rule = one_of(self.name, "rule", rule, ("trapezoid", "rectangle"))
+        self._integral = GyroIntegration(rule, coupled)
 
     def estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles of a whole recording.
@@ -153,8 +158,12 @@ class TwoPoint(OrientationMethod):
             return TwoPointParts(None, None, nowhere, nowhere, self._standing(signals, there))
         start, stop = found
         tilt = self._tilt(signals, there)
-        gyroscope = tilt[there][0] + signals.interval_s * _integrate(
-            np.where(there[:, None], rates, 0.0), self.rule
+        gyroscope = self._integral.estimate(
+            replace(
+                signals,
+                axis_rates_rad_s=np.where(there[:, None], rates, 0.0),
+                initial_angles_rad=tilt[there][0],
+            )
         )
         error = _short_way_round(gyroscope - tilt)
         at_start = self._mean_error(signals, "before", np.arange(start, -1, -1), error)
@@ -223,12 +232,6 @@ class TwoPoint(OrientationMethod):
         samples = samples[: 1 + round(self.smoothing_s * signals.sampling_rate_hz)]
         nearest = error[samples[0]]
         return nearest + _short_way_round(error[samples] - nearest).mean(axis=0)
-
-
-def _integrate(rates: FloatArray, rule: str) -> FloatArray:
-    """Eq. (9) in units of the sampling interval, zero at the first sample."""
-    steps = 0.5 * (rates[1:] + rates[:-1]) if rule == "trapezoid" else rates[1:]
-    return np.concatenate([np.zeros_like(rates[:1]), np.cumsum(steps, axis=0)])
 
 
 def _drift_line(at_start: FloatArray, at_stop: FloatArray, n_samples: int) -> FloatArray:

@@ -2,15 +2,16 @@
 
 import numpy as np
 
-from narx.baselines.orientation_filter import AnglesOneByOne, angles_of
+from narx.baselines.orientation_filter import AnglesOneByOne, OrientationFilter
 from narx.baselines.parameters import optional_library, positive
+from narx.baselines.recursive import GivenStartUp
 from narx.errors import MethodNotApplicableError
 from narx.kinematics.segment_angles import gyroscope_xyz
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.method import SegmentSignals, Step
 from narx.types import FloatArray
 
 
-class Vqf(OrientationMethod):
+class Vqf(OrientationFilter):
     """VQF with gyroscope and accelerometer (6D), online or offline.
 
     Parameters
@@ -23,6 +24,8 @@ class Vqf(OrientationMethod):
         Estimate the gyroscope's bias while moving (`motionBiasEstEnabled`).
     rest_bias_estimation : bool
         Estimate the gyroscope's bias at rest (`restBiasEstEnabled`).
+    heading, heading_leak_rad_s, start_up
+        As in `narx.baselines.orientation_filter.OrientationFilter`.
 
     Raises
     ------
@@ -38,7 +41,6 @@ class Vqf(OrientationMethod):
     """
 
     name = "vqf"
-    needs_accelerometer = True
     streams = True
 
     def __init__(
@@ -47,7 +49,11 @@ class Vqf(OrientationMethod):
         tau_acc_s: float = 3.0,
         motion_bias_estimation: bool = True,
         rest_bias_estimation: bool = True,
+        heading: str = "own",
+        heading_leak_rad_s: float = 0.1,
+        start_up: GivenStartUp = None,
     ) -> None:
+        super().__init__(heading, heading_leak_rad_s, start_up)
         self._library = optional_library(self.name, "vqf")
         self.offline = offline
         self._parameters = {
@@ -56,9 +62,7 @@ class Vqf(OrientationMethod):
             "restBiasEstEnabled": rest_bias_estimation,
         }
 
-    def _estimate(self, signals: SegmentSignals) -> FloatArray:
-        if not signals.n_samples:
-            return np.empty((0, 3))
+    def _orientation(self, signals: SegmentSignals) -> FloatArray:
         gyroscope = gyroscope_xyz(signals.axis_rates_rad_s)
         accelerometer = np.ascontiguousarray(signals.specific_force_m_s2)
         if self.offline:
@@ -68,7 +72,7 @@ class Vqf(OrientationMethod):
         else:
             vqf = self._library.VQF(signals.interval_s, **self._parameters)
             result = vqf.updateBatch(gyroscope, accelerometer)
-        return angles_of(result["quat6D"], signals)
+        return np.asarray(result["quat6D"])
 
     def _stream(self, sampling_rate_hz: float) -> Step:
         if self.offline:
@@ -76,6 +80,7 @@ class Vqf(OrientationMethod):
                 f"method {self.name}: offline=true needs the whole recording; "
                 "offline=false runs sample by sample"
             )
+        self.heading.refuse_stream(self.name)
         vqf = self._library.VQF(1.0 / sampling_rate_hz, **self._parameters)
         angles = AnglesOneByOne()
 

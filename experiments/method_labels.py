@@ -8,7 +8,9 @@ _LABELS = {
     "narx": "NARX",
     "narx_smoothed": "NARX smoothed",
     "pseudo_integrator": "PI",
+    "leaky_integrator": "Leaky integrator",
     "gyro_integration": "Gyro integration",
+    "strapdown": "Strapdown",
     "giof": "GIOF",
     "giof_two_strides": "GIOF two strides",
     "giof_as_printed": "GIOF as printed",
@@ -18,6 +20,8 @@ _LABELS = {
     "vqf_offline": "VQF offline",
     "madgwick": "Madgwick",
     "mahony": "Mahony",
+    "constant": "Constant",
+    "zero": "Zero",
 }
 
 # NARX red, PI green, CF blue as in Tham et al., Fig. 6; the others apart from these and from each
@@ -38,6 +42,10 @@ _COLOURS = {
     "vqf_offline": "#777777",
     "madgwick": "#56b4e9",
     "mahony": "#8c6d31",
+    "leaky_integrator": "#b2182b",
+    "strapdown": "#fdae61",
+    "constant": "#c0c0c0",
+    "zero": "#e0e0e0",
 }
 _FURTHER_COLOURS = ("#bcbd22", "#17becf", "#7f7f7f", "#aec7e8", "#ffbb78", "#98df8a")
 

@@ -18,8 +18,8 @@ FLOORS = (
     ("kinematics",),
     ("recordings", "method", "network"),
     ("simulation", "gait", "calibration", "windows"),
-    ("datasets", "inference", "baselines"),
-    ("training", "export"),
+    ("datasets", "inference"),
+    ("baselines", "training", "export"),
     ("evaluation",),
     ("experiments",),
 )

@@ -1,6 +1,5 @@
 """A trained network as an orientation method: from a gyroscope's recording to three angles."""
 
-from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -8,9 +7,9 @@ import torch
 
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.clocks import RateConversion
-from narx.inference.smoothing import forward_share, turned_round
+from narx.inference.composition import Composition
 from narx.inference.start_up import StartUp
-from narx.inference.washout import WASHOUT_S, wash_out, washout_gain
+from narx.inference.washout import WASHOUT_S
 from narx.method import OrientationMethod, SegmentSignals, Step
 from narx.network.model import Narx
 from narx.types import BoolArray, FloatArray
@@ -72,7 +71,7 @@ class NarxMethod(OrientationMethod):
         self.error_std_rad = error_std_rad
         self.start_std_rad = start_std_rad
         self.smoothing = smoothing
-        self._washout_gain = washout_gain(washout_s, 1.0 / model.sampling_rate_hz)
+        self._composition = Composition(self.start_up, washout_s, smoothing)
 
     def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
         """Predict the standard deviation of the error at every sample.
@@ -133,59 +132,10 @@ class NarxMethod(OrientationMethod):
     def _at_network_rate(
         self, rates_rad_s: FloatArray, initial_angles_rad: FloatArray | None
     ) -> FloatArray:
-        model = self.model
-        relative = None
-        if self.axis_scaling == "own":
-            # an axis that hardly moves must not be blown up into noise
-            rms = np.maximum(np.sqrt(np.mean(rates_rad_s**2, axis=0)), 1e-3)
-            relative = torch.from_numpy(rms / model.normalisation.rate_rms_rad_s)
-        begun = self.start_up.begin(initial_angles_rad)
-        first = self.start_up.run(rates_rad_s, 1.0 / model.sampling_rate_hz, begun, model.coupled)
-        state, posture = self._take_over(begun if len(first) else None, relative)
-        rest = self._run(rates_rad_s[len(first) :], state, posture, relative)
-        angles = np.concatenate([first, rest])
-        if not self.smoothing or not len(rest):
-            return angles
-        followed = turned_round(model, rates_rad_s[-1], angles[-1], posture)
-        state = self._state(followed, relative)
-        # the same kinematics with time turned round
-        back = self._run(-rates_rad_s[-2::-1], state, posture, relative)
-        back = np.concatenate([back[::-1], angles[-1:]])
-        share = forward_share(
-            len(angles),
-            len(first),
-            round(self.start_up.duration_s * model.sampling_rate_hz),
-            len(first) > 0 and initial_angles_rad is not None,
+        recursion = _WholeRecording(self.model, self.axis_scaling, rates_rad_s)
+        return self._composition.estimate(
+            recursion, rates_rad_s, 1.0 / self.model.sampling_rate_hz, initial_angles_rad
         )
-        return share * angles + (1.0 - share) * back
-
-    def _run(
-        self,
-        rates_rad_s: FloatArray,
-        state: torch.Tensor | None,
-        posture: torch.Tensor,
-        relative: torch.Tensor | None,
-    ) -> FloatArray:
-        rates = torch.from_numpy(np.ascontiguousarray(rates_rad_s))
-        with torch.no_grad():
-            angles, _ = self.model(rates, state, posture, relative)
-        return wash_out(angles.numpy(), posture.numpy(), self._washout_gain, np.zeros(3))
-
-    def _take_over(
-        self, begun: FloatArray | None, relative: torch.Tensor | None
-    ) -> tuple[torch.Tensor | None, torch.Tensor]:
-        if begun is None:
-            return None, torch.zeros(3, dtype=torch.float64)
-        interval_s = 1.0 / self.model.sampling_rate_hz
-        posture, *followed = map(torch.from_numpy, StartUp.hand_over(begun, interval_s))
-        return self._state(followed, relative), posture
-
-    def _state(
-        self, followed: Sequence[torch.Tensor], relative: torch.Tensor | None
-    ) -> torch.Tensor:
-        if relative is not None:
-            followed = [part / relative for part in followed]
-        return self.model.initial_state(*followed)
 
     def _stream(self, sampling_rate_hz: float) -> Step:
         model = self.model
@@ -194,31 +144,69 @@ class NarxMethod(OrientationMethod):
                 f"narx: this network runs sample by sample at {model.sampling_rate_hz:g} Hz, "
                 f"not at {sampling_rate_hz:g} Hz"
             )
-        if self.smoothing:
-            raise MethodNotApplicableError(
-                "narx: smoothing needs the whole recording, use smoothing=false"
-            )
+        self._composition.refuse_stream(self.name)
         if self.axis_scaling == "own":
             raise MethodNotApplicableError(
                 "narx: axis_scaling=own needs the whole recording, use axis_scaling=training"
             )
-        cell, interval_s = model.cell(), 1.0 / sampling_rate_hz
-        begun, starting = self.start_up.begin(None), self.start_up.duration_s > 0
-        state, posture = self._take_over(None, None)
-        if state is None:
-            state = torch.zeros(3, model.structure.n_state, dtype=torch.float64)
-        mean = np.zeros(3)
+        return self._composition.stream(_OneByOne(model), 1.0 / sampling_rate_hz)
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal starting, state, posture
-            if starting:
-                angles = self.start_up.run(axis_rates[None], interval_s, begun, model.coupled)[0]
-                if self.start_up.is_over(begun):
-                    starting = False
-                    state, posture = self._take_over(begun, None)
-                return np.asarray(angles)
-            with torch.no_grad():
-                output, state = cell(torch.as_tensor(axis_rates), state, posture)
-            return wash_out(output.numpy()[None], posture.numpy(), self._washout_gain, mean)[0]
 
-        return step
+class _WholeRecording:
+    """The network on one recording, its axes scaled by what the recording holds."""
+
+    def __init__(self, model: Narx, axis_scaling: AxisScaling, rates_rad_s: FloatArray) -> None:
+        self.coupled = model.coupled
+        self._model, self._rates = model, rates_rad_s
+        self._relative: torch.Tensor | None = None
+        if axis_scaling == "own":
+            # an axis that hardly moves must not be blown up into noise
+            rms = np.maximum(np.sqrt(np.mean(rates_rad_s**2, axis=0)), 1e-3)
+            self._relative = torch.from_numpy(rms / model.normalisation.rate_rms_rad_s)
+
+    def begin(self, initial_angles_rad: FloatArray | None) -> torch.Tensor | None:
+        return None
+
+    def take_over(self, *followed: FloatArray) -> torch.Tensor:
+        parts = [torch.from_numpy(part) for part in followed]
+        if self._relative is not None:
+            parts = [part / self._relative for part in parts]
+        return self._model.initial_state(*parts)
+
+    def run(
+        self,
+        samples: slice,
+        backwards: bool,
+        state: torch.Tensor | None,
+        posture_rad: FloatArray,
+    ) -> FloatArray:
+        signed = -self._rates[samples] if backwards else self._rates[samples]
+        rates = torch.from_numpy(np.ascontiguousarray(signed))
+        with torch.no_grad():
+            angles, _ = self._model(rates, state, torch.from_numpy(posture_rad), self._relative)
+        return np.asarray(angles.numpy())
+
+
+class _OneByOne:
+    """The network sample by sample."""
+
+    def __init__(self, model: Narx) -> None:
+        self.coupled = model.coupled
+        self._model, self._cell = model, model.cell()
+        self._rates = np.zeros(3)
+
+    def begin(self, initial_angles_rad: FloatArray | None) -> torch.Tensor:
+        return torch.zeros(3, self._model.structure.n_state, dtype=torch.float64)
+
+    def take_over(self, *followed: FloatArray) -> torch.Tensor:
+        return self._model.initial_state(*map(torch.from_numpy, followed))
+
+    def observe(self, axis_rates: FloatArray, specific_force: FloatArray) -> None:
+        self._rates = axis_rates
+
+    def step(self, state: torch.Tensor, posture_rad: FloatArray) -> tuple[FloatArray, torch.Tensor]:
+        with torch.no_grad():
+            angles, state = self._cell(
+                torch.as_tensor(self._rates), state, torch.from_numpy(posture_rad)
+            )
+        return np.asarray(angles.numpy()), state

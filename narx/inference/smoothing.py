@@ -22,40 +22,44 @@ Striebel does, so nothing has to be known there.
 
 import numpy as np
 import torch
-from torch import Tensor
 
 from narx.network.cell import coupled_rates
-from narx.network.model import Narx
 from narx.types import FloatArray
 
 
 def turned_round(
-    model: Narx, axis_rates_rad_s: FloatArray, angles_rad: FloatArray, posture: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Say what a network has followed that arrives at a sample from the future.
+    coupled: bool,
+    axis_rates_rad_s: FloatArray,
+    angles_rad: FloatArray,
+    posture_rad: FloatArray,
+    interval_s: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Say what a recursion has followed that arrives at a sample from the future.
 
     Parameters
     ----------
-    model : Narx
-        The network.
+    coupled : bool
+        Whether it runs on the rates of the angles.
     axis_rates_rad_s : ndarray, shape (3,)
         Gyroscope about the clinical axes at that sample, as recorded, rad/s.
     angles_rad : ndarray, shape (3,)
         Angles there.
-    posture : Tensor, shape (3,)
-        Angle about which the network swings, rad.
+    posture_rad : ndarray, shape (3,)
+        Angle about which the recursion swings, rad.
+    interval_s : float
+        Sampling interval, s.
 
     Returns
     -------
-    deviation, following_deviation, rates : Tensor, shape (3,)
+    deviation, following_deviation, rates : ndarray, shape (3,)
         As `narx.network.model.Narx.initial_state` takes them: deviation from the posture there and
         one sample later, and the rate of the angles as it is backwards in time.
     """
-    rates, angles = torch.from_numpy(axis_rates_rad_s), torch.from_numpy(angles_rad)
-    if model.coupled:
-        rates = coupled_rates(rates, angles)
-    deviation = angles - posture
-    return deviation, deviation + rates / model.sampling_rate_hz, -rates
+    rates = axis_rates_rad_s
+    if coupled:
+        rates = coupled_rates(torch.from_numpy(rates), torch.from_numpy(angles_rad)).numpy()
+    deviation = angles_rad - posture_rad
+    return deviation, deviation + interval_s * rates, -rates
 
 
 def forward_share(n_samples: int, n_start_up: int, n_settling: int, known: bool) -> FloatArray:

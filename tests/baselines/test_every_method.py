@@ -62,6 +62,7 @@ def narx(network_rate_hz=100.0, coupled=True, start_up_s=6.0):
     return NarxMethod(model, StartUp(duration_s=start_up_s, averaging_s=start_up_s / 2))
 
 
+START_UP = {"duration_s": 6.0, "averaging_s": 3.0}
 DRIFTS = 60.0 + 0.1  # 120 s of 0.5 deg/s
 
 CASES = [
@@ -75,6 +76,44 @@ CASES = [
         tilt_at_rest=False,
     ),
     Case("gyro_integration", {"coupled": True}, bias_error=2 * DRIFTS, tilt_at_rest=False),
+    Case("strapdown", bias_error=2 * DRIFTS, tilt_at_rest=False),
+    Case("zero", tilt_at_rest=False, turn_tolerance=30.0),
+    Case("constant", tilt_at_rest=False, turn_tolerance=30.0),
+    Case("leaky_integrator", bias_error=2.6, tilt_at_rest=False, turn_tolerance=None),
+    *(
+        Case(
+            name,
+            {"coupled": True, "start_up": START_UP, "washout_s": 300.0, "smoothing": smoothing},
+            bias_error=2 * DRIFTS,
+            tilt_at_rest=False,
+            turn_tolerance=15.0,
+        )
+        for name in ("leaky_integrator", "pseudo_integrator", "complementary_filter")
+        for smoothing in (False, True)
+    ),
+    Case(
+        "pseudo_integrator",
+        {"frequency": "following", "coupled": True, "start_up": START_UP, "washout_s": 300.0},
+        bias_error=2 * DRIFTS,
+        tilt_at_rest=False,
+        turn_tolerance=15.0,
+    ),
+    Case(
+        "giof",
+        {"mode": "real_time", "coupled": True, "start_up": START_UP, "washout_s": 300.0},
+        bias_error=2 * DRIFTS,
+        rate_tolerance=0.3,
+        tilt_at_rest=False,
+        turn_tolerance=15.0,
+    ),
+    Case(
+        "giof",
+        {"coupled": True, "start_up": START_UP, "smoothing": True},
+        bias_error=2 * DRIFTS,
+        rate_tolerance=0.2,
+        tilt_at_rest=False,
+        turn_tolerance=15.0,
+    ),
     Case("pseudo_integrator", bias_error=1e-3, tilt_at_rest=False, turn_tolerance=15.0),
     Case(
         "pseudo_integrator",
@@ -117,6 +156,8 @@ CASES = [
     # the libraries use the rectangle rule: half a sample of 140 deg/s
     Case("vqf", rate_tolerance=0.8),
     Case("vqf", {"offline": True}, rate_tolerance=0.8),
+    Case("vqf", {"heading": "leak", "start_up": START_UP}, rate_tolerance=0.8),
+    Case("vqf", {"heading": "zero"}, rate_tolerance=0.8),
     Case("madgwick", rate_tolerance=1.5),
     Case("mahony", rate_tolerance=0.8),
     # a known start is integrated until there is movement, so at rest its bias is as well
@@ -148,7 +189,7 @@ CASES = [
     ),
 ]
 
-LIBRARIES = {"vqf": "vqf", "madgwick": "ahrs", "mahony": "ahrs"}
+LIBRARIES = {"vqf": "vqf"}
 
 
 @pytest.fixture(params=CASES, ids=str)

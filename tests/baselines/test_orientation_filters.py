@@ -33,8 +33,8 @@ def test_gyroscope_xyz_undoes_axis_rates():
 
 def assert_same_angles(angles, quaternion):
     direct = angles_from_orientation(quaternion)
-    np.testing.assert_allclose(angles[:, :2], direct[:, :2], atol=1e-12)
-    np.testing.assert_allclose(angles[:, 2], direct[:, 2] - direct[0, 2], atol=1e-12)
+    np.testing.assert_allclose(angles[:, :2], direct[:, :2], atol=1e-9)
+    np.testing.assert_allclose(angles[:, 2], direct[:, 2] - direct[0, 2], atol=1e-9)
 
 
 @pytest.mark.parametrize("offline", [False, True])
@@ -83,7 +83,6 @@ def test_ahrs_is_ahrs(noisy, name, parameters, library_parameters):
 
 @pytest.mark.parametrize("name", ["madgwick", "mahony"])
 def test_ahrs_starts_from_known_angles(motion, name):
-    pytest.importorskip("ahrs")
     start = np.array([0.3, -0.2, 5.0])
     signals = motion("still", duration_s=1.0).changed(initial_angles_rad=start).signals
     angles = METHODS[name]().estimate(signals)
@@ -92,7 +91,8 @@ def test_ahrs_starts_from_known_angles(motion, name):
 
 @pytest.mark.parametrize("name", ["vqf", "madgwick", "mahony"])
 def test_the_true_angles_come_out(motion, name):
-    pytest.importorskip({"vqf": "vqf"}.get(name, "ahrs"))
+    if name == "vqf":
+        pytest.importorskip("vqf")
     walk = motion("half_turn", 200.0, 30.0)
     late = walk.time_s > 10
     error = np.rad2deg(METHODS[name]().estimate(walk.signals) - walk.angles_rad)[late]
@@ -101,18 +101,15 @@ def test_the_true_angles_come_out(motion, name):
     assert np.abs(error[:, 2]).max() < 5.0
 
 
-@pytest.mark.parametrize("name", ["vqf", "madgwick", "mahony"])
-def test_a_missing_library_is_one_clear_line(monkeypatch, name):
-    package = {"vqf": "vqf"}.get(name, "ahrs")
-
+def test_a_missing_library_is_one_clear_line(monkeypatch):
     def missing(module):
         raise ModuleNotFoundError(f"No module named {module!r}", name=module)
 
     monkeypatch.setattr(narx.baselines.parameters.importlib, "import_module", missing)
     with pytest.raises(MethodNotApplicableError) as refusal:
-        narx.baselines.parameters.optional_library(name, package)
+        narx.baselines.parameters.optional_library("vqf", "vqf")
     assert str(refusal.value) == (
-        f"method {name} needs the package '{package}', which is not installed: "
+        "method vqf needs the package 'vqf', which is not installed: "
         "pip install 'narx-orientation[filters]'"
     )
 
@@ -141,6 +138,7 @@ def test_offline_vqf_does_not_stream():
     ],
 )
 def test_wrong_parameters_are_one_clear_line(name, parameters, message):
-    pytest.importorskip({"vqf": "vqf"}.get(name, "ahrs"))
+    if name == "vqf":
+        pytest.importorskip("vqf")
     with pytest.raises(UserError, match=message):
         METHODS[name](**parameters)

@@ -1,0 +1,226 @@
+"""Methods that are a recursion of one axis: what each adds to the parts they all share."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from narx.baselines.heading import Heading
+from narx.errors import UserError
+from narx.inference.composition import Composition, start_up_of
+from narx.inference.start_up import StartUp
+from narx.kernels.recursions import (
+    BEFORE,
+    MEMORY,
+    OUTPUT,
+    RECURSIONS,
+    Recursion,
+    rates_of_angles,
+    run_recursion,
+)
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.types import FloatArray
+
+# of a sample: the rates to run on, and a number an axis that the recursion takes beside them
+Inputs = Callable[[FloatArray, FloatArray], tuple[Any, Sequence[Any]]]
+Constants = tuple[float, float, float]
+# of what a configuration may give as a start-up
+GivenStartUp = StartUp | Mapping[str, Any] | bool | None
+
+_ALL = (0, 1, 2)
+_NONE = (0.0, 0.0, 0.0)
+
+
+class RecursiveMethod(OrientationMethod):
+    """A recursion of one axis on three axes, with the parts of `narx.inference.composition`.
+
+    A subclass names its recursion and gives constants and extra numbers; whether axes are coupled,
+    how it starts, whether a lasting deviation is taken off and whether it also runs backwards are
+    the same for all.
+
+    Parameters
+    ----------
+    coupled : bool
+        Run on the rates of the angles, by the tilt estimated so far, instead of the
+        gyroscope's own axes.
+    start_up : StartUp, mapping, bool, optional
+        Find the posture first (`narx.inference.start_up`); True takes the default one.
+    washout_s : float, optional
+        Take a lasting deviation from the posture off with this time constant, s.
+    smoothing : bool
+        Run backwards as well and average: whole recordings only.
+
+    Raises
+    ------
+    UserError
+        If one of them is not what it should be.
+    """
+
+    streams = True
+    _recursion: ClassVar[Recursion]
+    columns: Sequence[int] = _ALL
+    # whether the first sample has the initial angle; else it is filtered like any other, from zero
+    holds_first: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        coupled: bool = False,
+        start_up: GivenStartUp = None,
+        washout_s: float | None = None,
+        smoothing: bool = False,
+    ) -> None:
+        for name, value in (("coupled", coupled), ("smoothing", smoothing)):
+            if not isinstance(value, bool):
+                raise UserError(f"method {self.name}: {name} is {value!r}, expected true or false")
+        self.coupled = coupled
+        self.heading = Heading()
+        self.composition = Composition(start_up_of(start_up, self.name), washout_s, smoothing)
+
+    @abstractmethod
+    def _parameters(self, interval_s: float) -> Constants:
+        """Constants of the recursion, the sampling interval first."""
+
+    def _inputs(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray | None]:
+        """Rates to run on, (N, 3), and extra numbers (N, 3) or None for none."""
+        return signals.axis_rates_rad_s, None
+
+    def _inputs_one_by_one(self, sampling_rate_hz: float) -> Inputs:
+        """The same for a stream, (3,) each."""
+        return lambda axis_rates, specific_force: (axis_rates, _NONE)
+
+    @property
+    def _extras_are_angles(self) -> bool:
+        """Whether the extra numbers are angles, which count from the posture."""
+        return False
+
+    @property
+    def _couples_as_it_runs(self) -> bool:
+        """Whether the tilt estimated so far couples the axes; else its inputs have done so."""
+        return self.coupled
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        if not signals.n_samples:
+            return np.empty((0, 3))
+        known = signals.axis_rates_rad_s, signals.interval_s, signals.initial_angles_rad
+        angles = self.composition.estimate(_WholeRecording(self, signals), *known)
+        angles[:, self._unobserved] = np.nan
+        return self.heading.of(angles, *known, self.composition.start_up)
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        self.composition.refuse_stream(self.name)
+        self.heading.refuse_stream(self.name)
+        composed = self.composition.stream(
+            _OneByOne(self, sampling_rate_hz), 1.0 / sampling_rate_hz
+        )
+        unobserved = self._unobserved
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            angles = composed(axis_rates, specific_force)
+            angles[unobserved] = np.nan
+            return angles
+
+        return step
+
+    @property
+    def _unobserved(self) -> list[int]:
+        # a start-up follows all three axes
+        return [axis for axis in _ALL if axis not in self.columns]
+
+
+class _Start:
+    """What starts are made of, for both ways of running."""
+
+    def __init__(self, method: RecursiveMethod) -> None:
+        self.coupled = method.coupled
+        self._method = method
+        self._fresh = False
+
+    def begin(self, initial_angles_rad: FloatArray | None) -> FloatArray:
+        state = np.zeros((3, 3))
+        self._fresh = self._method.holds_first
+        if self._fresh and initial_angles_rad is not None:
+            state[:, OUTPUT] = initial_angles_rad
+        return state
+
+    def take_over(
+        self, deviation: FloatArray, previous_deviation: FloatArray, rates: FloatArray
+    ) -> FloatArray:
+        state = np.zeros((3, 3))
+        state[:, OUTPUT], state[:, BEFORE] = deviation, rates
+        self._fresh = False
+        return state
+
+
+class _WholeRecording(_Start):
+    def __init__(self, method: RecursiveMethod, signals: SegmentSignals) -> None:
+        super().__init__(method)
+        self._interval_s = signals.interval_s
+        self._rates, self._extras = method._inputs(signals)
+
+    def run(
+        self, samples: slice, backwards: bool, state: FloatArray, posture_rad: FloatArray
+    ) -> FloatArray:
+        method = self._method
+        rates = -self._rates[samples] if backwards else self._rates[samples]
+        out = np.full_like(rates, np.nan)
+        if self._extras is None:
+            extras = np.zeros_like(rates)
+        else:
+            extras = self._extras[samples]
+            if method._extras_are_angles:
+                extras = extras - posture_rad
+        columns: NDArray[np.int64] = np.array(method.columns)
+        run_recursion(
+            RECURSIONS.index(type(method)._recursion),
+            np.ascontiguousarray(rates),
+            np.ascontiguousarray(extras),
+            columns,
+            method._parameters(self._interval_s),
+            method._couples_as_it_runs,
+            posture_rad,
+            self._fresh,
+            state,
+            out,
+        )
+        return out
+
+
+class _OneByOne(_Start):
+    """Plain arithmetic, so that it also runs on numbers that count."""
+
+    def __init__(self, method: RecursiveMethod, sampling_rate_hz: float) -> None:
+        super().__init__(method)
+        self._interval_s = 1.0 / sampling_rate_hz
+        self._parameters = method._parameters(self._interval_s)
+        self._inputs_of = method._inputs_one_by_one(sampling_rate_hz)
+        self._rates: Any = None
+        self._extras: Sequence[Any] = _NONE
+
+    def observe(self, axis_rates: FloatArray, specific_force: FloatArray) -> None:
+        self._rates, self._extras = self._inputs_of(axis_rates, specific_force)
+
+    def step(self, state: Any, posture_rad: FloatArray) -> tuple[FloatArray, Any]:
+        method, rates = self._method, self._rates
+        if self.coupled:
+            tilt = posture_rad + state[:, OUTPUT] + self._interval_s * state[:, BEFORE]
+            rates = rates_of_angles(*rates, tilt[0], tilt[1])
+        # numbers that count do not fit into an array of floats
+        state = np.array(state, dtype=np.result_type(np.asarray(rates), float))
+        angles = np.full(3, np.nan, dtype=state.dtype)
+        for axis in method.columns:
+            if not self._fresh:
+                extra = self._extras[axis]
+                if method._extras_are_angles and posture_rad[axis]:
+                    extra = extra - posture_rad[axis]
+                output, memory, before = state[axis]
+                state[axis, OUTPUT], state[axis, MEMORY] = type(method)._recursion(
+                    output, memory, before, rates[axis], extra, self._parameters
+                )
+            state[axis, BEFORE] = rates[axis]
+            angles[axis] = state[axis, OUTPUT]
+            if posture_rad[axis]:
+                angles[axis] = angles[axis] + posture_rad[axis]
+        self._fresh = False
+        return angles, state

@@ -1,0 +1,71 @@
+"""Strapdown integration: the gyroscope's three axes as one rotation."""
+
+import numpy as np
+
+from narx.baselines.parameters import one_of
+from narx.kernels.strapdown import compose_turns
+from narx.kinematics.segment_angles import TRANSVERSE, angles_from_orientation, gyroscope_xyz
+from narx.kinematics.strapdown import strapdown_orientation
+from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.types import FloatArray
+
+
+class Strapdown(OrientationMethod):
+    """Compose the turns of all three axes from the initial angles, or from zero.
+
+    Parameters
+    ----------
+    rule : {"trapezoid", "rectangle"}
+        How the rate goes between two samples: straight from one to the next, or the later value
+        all the way.
+
+    Notes
+    -----
+    ``R_k = R_{k-1} exp([w Ts]x)``: what a gyroscope gives without any assumption on the movement.
+    It drifts with what bias is left, and only with that.
+    """
+
+    name = "strapdown"
+    streams = True
+
+    def __init__(self, rule: str = "trapezoid") -> None:
+        self.rule = one_of(self.name, "rule", rule, ("trapezoid", "rectangle"))
+
+    def _estimate(self, signals: SegmentSignals) -> FloatArray:
+        initial = signals.initial_angles_rad
+        start = np.zeros(3) if initial is None else np.asarray(initial, dtype=float)
+        if not signals.n_samples:
+            return np.empty((0, 3))
+        between = _between(signals.axis_rates_rad_s, self.rule)
+        angles = angles_from_orientation(strapdown_orientation(between, signals.interval_s, start))
+        # the heading goes on from where it was, even beyond half a turn
+        angles[:, TRANSVERSE] += _whole_turns(start[TRANSVERSE] - angles[0, TRANSVERSE])
+        return angles
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        interval_s = 1.0 / sampling_rate_hz
+        orientation = np.array([1.0, 0.0, 0.0, 0.0])
+        before: FloatArray | None = None
+        heading = 0.0
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            nonlocal orientation, before, heading
+            if before is not None:
+                between = _between(np.stack([before, axis_rates]), self.rule)
+                orientation = compose_turns(orientation, gyroscope_xyz(between * interval_s))[-1]
+            before = np.array(axis_rates, dtype=float)
+            angles = angles_from_orientation(orientation)[0]
+            angles[TRANSVERSE] += _whole_turns(heading - angles[TRANSVERSE])
+            heading = float(angles[TRANSVERSE])
+            return angles
+
+        return step
+
+
+def _between(rates: FloatArray, rule: str) -> FloatArray:
+    return 0.5 * (rates[1:] + rates[:-1]) if rule == "trapezoid" else rates[1:]
+
+
+def _whole_turns(difference_rad: float) -> float:
+    """Multiple of a full turn nearest to a difference, rad."""
+    return float(2.0 * np.pi * np.round(difference_rad / (2.0 * np.pi)))

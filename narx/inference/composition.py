@@ -1,0 +1,298 @@
+"""What any recursion can be composed with: a start-up, a washout, a second pass backwards.
+
+The recursion itself (a network, a leaky integrator, a complementary filter) says how an angle
+follows from rates. Around it stand parts that do not depend on which recursion it is: the start-up
+finds the posture and hands over, the washout takes a lasting deviation off, smoothing runs the
+same recursion backwards and averages. Methods that share these parts can be compared by what is
+left, which is the recursion.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from narx.errors import MethodNotApplicableError, UserError
+from narx.inference.smoothing import forward_share, turned_round
+from narx.inference.start_up import StartUp
+from narx.inference.washout import wash_out, washout_gain
+from narx.method import Step
+from narx.types import FloatArray
+
+
+class Startable(Protocol):
+    """A recursion that can be started anywhere."""
+
+    coupled: bool
+
+    def begin(self, initial_angles_rad: FloatArray | None) -> Any:
+        """Start without a start-up.
+
+        Parameters
+        ----------
+        initial_angles_rad : ndarray, shape (3,), optional
+            Known start pose.
+
+        Returns
+        -------
+        object
+            State before the first sample.
+        """
+        ...
+
+    def take_over(
+        self, deviation: FloatArray, previous_deviation: FloatArray, rates: FloatArray
+    ) -> Any:
+        """Start from what the start-up has followed.
+
+        Parameters
+        ----------
+        deviation, previous_deviation : ndarray, shape (3,)
+            Last two angles about the posture, rad.
+        rates : ndarray, shape (3,)
+            Last rates that were integrated, rad/s.
+
+        Returns
+        -------
+        object
+            State before the next sample.
+        """
+        ...
+
+
+class Recursion(Startable, Protocol):
+    """A recursion over the samples of one recording."""
+
+    def run(
+        self, samples: slice, backwards: bool, state: Any, posture_rad: FloatArray
+    ) -> FloatArray:
+        """Run over some samples.
+
+        Parameters
+        ----------
+        samples : slice
+            Of the recording, with a negative step for backwards.
+        backwards : bool
+            Turn the sign of the rates.
+        state : object
+            From `begin` or `take_over`.
+        posture_rad : ndarray, shape (3,)
+            Angle about which the recursion swings, rad.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles, rad, posture included.
+        """
+        ...
+
+
+class StepRecursion(Startable, Protocol):
+    """A recursion one sample at a time."""
+
+    def observe(self, axis_rates: FloatArray, specific_force: FloatArray) -> None:
+        """Take the next sample, also while the start-up runs.
+
+        Parameters
+        ----------
+        axis_rates, specific_force : ndarray, shape (3,)
+            rad/s and m/s^2.
+        """
+        ...
+
+    def step(self, state: Any, posture_rad: FloatArray) -> tuple[Any, Any]:
+        """Estimate the sample taken last.
+
+        Parameters
+        ----------
+        state : object
+            From `begin`, `take_over` or the step before.
+        posture_rad : ndarray, shape (3,)
+            Angle about which the recursion swings, rad.
+
+        Returns
+        -------
+        angles : ndarray, shape (3,)
+            rad, posture included.
+        state : object
+            After the sample.
+        """
+        ...
+
+
+def start_up_of(given: object, method: str) -> StartUp | None:
+    """Make a start-up of what a configuration gives.
+
+    Parameters
+    ----------
+    given : StartUp, mapping, bool or None
+        True is the default start-up; a mapping holds its parameters.
+    method : str
+        Name of the method, for the message.
+
+    Returns
+    -------
+    StartUp or None
+        None for none.
+
+    Raises
+    ------
+    UserError
+        If it is none of these.
+    """
+    if given is None or given is False:
+        return None
+    if given is True:
+        return StartUp()
+    if isinstance(given, StartUp):
+        return given
+    if isinstance(given, Mapping):
+        known = StartUp.__dataclass_fields__
+        unknown = [str(key) for key in given if key not in known]
+        if unknown:
+            raise UserError(
+                f"method {method}: start_up has no parameter '{unknown[0]}', expected some of "
+                f"{', '.join(known)}"
+            )
+        return StartUp(**{str(key): value for key, value in given.items()})
+    raise UserError(
+        f"method {method}: start_up is {given!r}, expected true, null, or its parameters"
+    )
+
+
+@dataclass(frozen=True)
+class Composition:
+    """A start-up, a washout and smoothing around any recursion.
+
+    Parameters
+    ----------
+    start_up : StartUp, optional
+        Finds the posture before the recursion takes over; None starts the recursion at once.
+    washout_s : float, optional
+        Time constant with which a lasting deviation from the posture is taken off, s; None
+        leaves it.
+    smoothing : bool
+        Run backwards as well and average: whole recordings only.
+
+    Raises
+    ------
+    UserError
+        If the washout is not positive.
+    """
+
+    start_up: StartUp | None = None
+    washout_s: float | None = None
+    smoothing: bool = False
+
+    def __post_init__(self) -> None:
+        washout_gain(self.washout_s, 1.0)
+
+    def estimate(
+        self,
+        recursion: Recursion,
+        axis_rates_rad_s: FloatArray,
+        interval_s: float,
+        initial_angles_rad: FloatArray | None,
+    ) -> FloatArray:
+        """Estimate the angles of a recording.
+
+        Parameters
+        ----------
+        recursion : Recursion
+            Of this recording.
+        axis_rates_rad_s : ndarray, shape (N, 3)
+            Gyroscope about the clinical axes, no NaN, rad/s: what the start-up integrates.
+        interval_s : float
+            Sampling interval, s.
+        initial_angles_rad : ndarray, shape (3,), optional
+            Known start pose.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Angles, rad.
+        """
+        rates = axis_rates_rad_s
+        first = np.empty((0, 3))
+        posture = np.zeros(3)
+        state = None
+        if self.start_up is not None:
+            begun = self.start_up.begin(initial_angles_rad)
+            first = self.start_up.run(rates, interval_s, begun, recursion.coupled)
+            if len(first):
+                posture, *followed = StartUp.hand_over(begun, interval_s)
+                state = recursion.take_over(*followed)
+        n = len(first)
+        if not n:
+            state = recursion.begin(initial_angles_rad)
+        gain = washout_gain(self.washout_s, interval_s)
+        rest = recursion.run(slice(n, None), False, state, posture)
+        angles = np.concatenate([first, wash_out(rest, posture, gain, np.zeros(3))])
+        if not self.smoothing or not len(rest):
+            return angles
+        # the same kinematics with time turned round
+        state = recursion.take_over(
+            *turned_round(recursion.coupled, rates[-1], angles[-1], posture, interval_s)
+        )
+        back = recursion.run(slice(-2, None, -1), True, state, posture)
+        back = wash_out(back, posture, gain, np.zeros(3))
+        back = np.concatenate([back[::-1], angles[-1:]])
+        duration_s = 0.0 if self.start_up is None else self.start_up.duration_s
+        known = n > 0 and initial_angles_rad is not None
+        share = forward_share(len(angles), n, round(duration_s / interval_s), known)
+        return share * angles + (1.0 - share) * back
+
+    def refuse_stream(self, method: str) -> None:
+        """Refuse to run sample by sample where the whole recording is needed.
+
+        Parameters
+        ----------
+        method : str
+            Name, for the message.
+
+        Raises
+        ------
+        MethodNotApplicableError
+            With smoothing.
+        """
+        if self.smoothing:
+            raise MethodNotApplicableError(
+                f"{method}: smoothing needs the whole recording, use smoothing=false"
+            )
+
+    def stream(self, recursion: StepRecursion, interval_s: float) -> Step:
+        """Run sample by sample, from an unknown start.
+
+        Parameters
+        ----------
+        recursion : StepRecursion
+            Fresh.
+        interval_s : float
+            Sampling interval, s.
+
+        Returns
+        -------
+        callable
+            ``step(axis_rates (3,), specific_force (3,)) -> angles (3,)``.
+        """
+        start_up, posture, mean = self.start_up, np.zeros(3), np.zeros(3)
+        gain = washout_gain(self.washout_s, interval_s)
+        starting = start_up is not None and start_up.duration_s > 0
+        state = None if starting else recursion.begin(None)
+        begun = None if start_up is None else start_up.begin(None)
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            nonlocal starting, state, posture
+            recursion.observe(axis_rates, specific_force)
+            if starting and start_up is not None and begun is not None:
+                angles = start_up.run(axis_rates[None], interval_s, begun, recursion.coupled)[0]
+                if start_up.is_over(begun):
+                    starting = False
+                    posture, *followed = StartUp.hand_over(begun, interval_s)
+                    state = recursion.take_over(*followed)
+                return np.asarray(angles)
+            output, state = recursion.step(state, posture)
+            return wash_out(output[None], posture, gain, mean)[0] if gain else output
+
+        return step
