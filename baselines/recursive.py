@@ -205,7 +205,8 @@ class _OneByOne(_Start):
         method, rates = self._method, self._rates
         if self.coupled:
             tilt = posture_rad + state[:, OUTPUT] + self._interval_s * state[:, BEFORE]
-            rates = rates_of_angles(*rates, tilt[0], tilt[1])
+            sagittal, frontal, transverse = rates
+            rates = rates_of_angles(sagittal, frontal, transverse, tilt[0], tilt[1])
         # numbers that count do not fit into an array of floats
         state = np.array(state, dtype=np.result_type(np.asarray(rates), float))
         angles = np.full(3, np.nan, dtype=state.dtype)

@@ -19,7 +19,8 @@ FLOORS = (
     ("recordings", "method", "network"),
     ("simulation", "gait", "calibration", "windows"),
     ("datasets", "inference"),
-    ("baselines", "training", "export"),
+    ("baselines",),
+    ("training", "export"),
     ("evaluation",),
     ("experiments",),
 )

@@ -2,8 +2,8 @@
 
 A recursion is a plain function ``(output, memory, before, rate, extra, parameters)`` to
 ``(output, memory)``: its output and whatever else it remembers, the rate of the sample before and
-of this one, a number of its own for this sample (a tilt, a breakpoint), and three constants, of which
-the first is the sampling interval. Plain arithmetic, so that it runs compiled, sample by sample,
+of this one, a number of its own for this sample (a tilt, a breakpoint), and three constants, the
+first of them the sampling interval. Plain arithmetic, so that it runs compiled, sample by sample,
 and on numbers that count their operations.
 """
 
@@ -110,9 +110,9 @@ def run_recursion(
 ) -> None:
     """Fill `columns` of out (N, 3) from rates (N, 3) and extras (N, 3); advance state (3, 3).
 
-    kind: place of the recursion in `RECURSIONS`. Outputs count from posture (3,). With `coupled`, the
-    rates of the angles take the place of the gyroscope's own, by the tilt extrapolated to the time
-    of the sample. With `fresh`, the first sample has the output of the state.
+    kind: place of the recursion in `RECURSIONS`. Outputs count from posture (3,). With `coupled`,
+    the rates of the angles take the place of the gyroscope's own, by the tilt extrapolated to the
+    time of the sample. With `fresh`, the first sample has the output of the state.
     """
     interval = parameters[0]
     rate = np.empty(3)
