@@ -11,6 +11,7 @@ from narx.experiments.figures.canvas import save_figure
 from narx.experiments.gathered import Gathered
 from narx.experiments.reports.networks import about_network, training_history_figure
 from narx.experiments.reports.report import Report, Section
+from narx.experiments.runs.record import write_json
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.files import atomic_path
 
@@ -62,7 +63,7 @@ def write_report(
     for name, figure in figures.items():
         save_figure(figure, directory / "figures" / f"{name}.png")
         log.figure(name, figure)
-    log.results(gathered.results)
+    write_json(log.results(gathered.results), directory / "metrics.json")
     return text
 
 

@@ -13,7 +13,7 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 
 from narx.errors import UserError
-from narx.experiments.runs.identity import code_digest, run_identity, settings_of
+from narx.experiments.runs.identity import code_digest, flat_settings, run_identity
 from narx.experiments.runs.record import write_json
 from narx.files import atomic_path
 
@@ -176,22 +176,13 @@ def _same_run(folder: Path, wanted: Mapping[str, Any], cfg: DictConfig) -> dict[
 
 
 def _first_difference(folder: Path, cfg: DictConfig) -> str:
-    there = _flat(settings_of(OmegaConf.load(folder / ".hydra" / "config.yaml")))  # type: ignore[arg-type]
-    here = _flat(settings_of(cfg))
+    found = OmegaConf.load(folder / ".hydra" / "config.yaml")
+    assert isinstance(found, DictConfig)
+    there, here = flat_settings(found), flat_settings(cfg)
     for key in dict.fromkeys([*here, *there]):
         if here.get(key) != there.get(key):
             return f"{key} is {there.get(key)} there, {here.get(key)} here"
     return "settings differ"
-
-
-def _flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    for key, value in settings.items():
-        if isinstance(value, Mapping):
-            flat |= _flat(value, f"{prefix}{key}.")
-        else:
-            flat[f"{prefix}{key}"] = value
-    return flat
 
 
 def _write_configuration(folder: Path, cfg: DictConfig) -> None:

@@ -9,6 +9,7 @@ import hashlib
 import json
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,32 @@ def settings_of(cfg: DictConfig) -> dict[str, Any]:
     settings = OmegaConf.to_container(own, resolve=True)
     assert isinstance(settings, dict)
     return {str(key): value for key, value in settings.items()}
+
+
+def flat_settings(cfg: DictConfig) -> dict[str, Any]:
+    """Resolve a configuration into one value for each dotted key.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As for `settings_of`.
+
+    Returns
+    -------
+    dict of str to object
+        ``{"model.hidden": 3, ...}``; lists stay whole.
+    """
+    return _flat(settings_of(cfg), "")
+
+
+def _flat(settings: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in settings.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
 
 
 def run_identity(cfg: DictConfig) -> str:

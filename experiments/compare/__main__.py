@@ -1,0 +1,134 @@
+"""Rank all runs of sweeps, average over seeds, and show what differs.
+
+narx-compare DIR...
+"""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from narx.errors import UserError
+from narx.experiments.compare.pairing import Pairing, compare_pair
+from narx.experiments.compare.runs import (
+    Run,
+    choose_metric,
+    configurations_table,
+    differing_keys,
+    find_runs,
+    is_seed,
+    runs_table,
+)
+from narx.experiments.runs.sweep import USER_ERROR_STATUS
+from narx.experiments.tables.table import Table
+from narx.files import atomic_path
+
+_PLACES = frozenset({"data_root", "prepared.folder"})
+
+
+def best_overrides(run: Run) -> str:
+    """Write down how a run's configuration is had again.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+
+    Returns
+    -------
+    str
+        Its overrides, ready for a shell; seeds and places left out.
+    """
+    chosen = [
+        override
+        for override in run.overrides
+        if not is_seed(key := override.partition("=")[0].lstrip("+")) and key not in _PLACES
+    ]
+    return " ".join(map(shlex.quote, chosen))
+
+
+def compare(
+    directories: list[Path], metric: str | None, pair: tuple[int, int] | None, output: Path | None
+) -> str:
+    """Compare all finished runs below some folders.
+
+    Parameters
+    ----------
+    directories : list of pathlib.Path
+        Where runs are looked for.
+    metric : str, optional
+        Ranks them; the held-back error of trainings, the RMSE of benchmarks if not given.
+    pair : tuple of (int, int), optional
+        Ranks of two configurations that are tested against each other; the first two if not
+        given.
+    output : pathlib.Path, optional
+        Where ``runs.csv``, ``runs.parquet`` and ``comparison.html`` go; the first folder if not
+        given.
+
+    Returns
+    -------
+    str
+        What is printed: the configurations, the best one's overrides, the paired comparison.
+
+    Raises
+    ------
+    UserError
+        If there is nothing to compare, or a library for the report is not installed.
+    """
+    try:  # late: a command that only trains does not need them, nor the time to import them
+        from narx.experiments.compare.report import write_report
+    except ModuleNotFoundError as error:
+        raise UserError(
+            f"narx-compare needs {error.name}: pip install 'narx-orientation[sweep]'"
+        ) from error
+    runs, others = find_runs(directories)
+    metric = choose_metric(runs, metric)
+    keys = differing_keys(runs)
+    table = runs_table(runs, metric)
+    ranked = configurations_table(table, keys)
+    folders = {run.folder.name: run.folder for run in runs}
+    pairing: Pairing | None = None
+    if pair is not None or len(ranked) > 1:
+        pairing = compare_pair(table, folders, metric, *(pair or (1, 2)))
+    best = next(run for run in runs if run.folder.name == table["run"].iloc[0])
+    target = directories[0] if output is None else output
+    with atomic_path(target / "runs.csv") as temporary:
+        table.to_csv(temporary, index=False)
+    with atomic_path(target / "runs.parquet") as temporary:
+        table.to_parquet(temporary, index=False)
+    lines = [
+        _markdown(ranked, metric),
+        f"best: narx-train {best_overrides(best)}".rstrip(),
+        *([] if pairing is None else [pairing.sentence(metric)]),
+        *([f"left out, not finished: {len(others)}"] if others else []),
+    ]
+    write_report(target / "comparison.html", table, runs, metric, keys, lines[1:])
+    lines.append(f"{len(table)} runs: {target / 'runs.csv'}, runs.parquet, comparison.html")
+    return "\n\n".join(lines)
+
+
+def _markdown(ranked: pd.DataFrame, metric: str) -> str:
+    decimals = {"rank": 0, "n": 0, "mean": 3, "sd": 3}
+    return Table(f"{metric}, mean and SD over seeds", ranked, decimals).to_markdown().strip()
+
+
+def main() -> None:
+    """Run the command with the arguments on the command line."""
+    parser = argparse.ArgumentParser("narx-compare", description=__doc__)
+    parser.add_argument("directory", nargs="+", type=Path, help="folder of a sweep or of runs")
+    parser.add_argument("--metric", help="rank by this, smaller is better")
+    parser.add_argument("--pair", nargs=2, type=int, metavar=("RANK", "RANK"), help="test these")
+    parser.add_argument("--output", type=Path, help="folder for table and report")
+    arguments = parser.parse_args()
+    try:
+        pair = None if arguments.pair is None else (arguments.pair[0], arguments.pair[1])
+        print(compare(arguments.directory, arguments.metric, pair, arguments.output))
+    except UserError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(USER_ERROR_STATUS)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+"""Two configurations on the same folds: what one is better by, with an interval."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from narx.errors import UserError
+from narx.evaluation.results import read_results
+from narx.evaluation.significance import PairedTest, paired_test
+from narx.experiments.compare.runs import is_seed
+
+
+@dataclass(frozen=True)
+class Pairing:
+    """Comparison of two configurations.
+
+    Parameters
+    ----------
+    first, second : int
+        Their ranks.
+    unit : {"person", "seed"}
+        What is paired: people that both were tested on, or runs with the same seed and fold.
+    test : PairedTest
+        First minus second.
+    """
+
+    first: int
+    second: int
+    unit: str
+    test: PairedTest
+
+    def sentence(self, metric: str) -> str:
+        """Say what came out.
+
+        Parameters
+        ----------
+        metric : str
+            What was compared.
+
+        Returns
+        -------
+        str
+            Difference with interval and test, or why there is none.
+        """
+        test = self.test
+        if test.n < 2:
+            return (
+                f"Configurations {self.first} and {self.second} share {test.n} "
+                f"{self.unit}{'' if test.n == 1 else 's'}: too few for an interval."
+            )
+        return (
+            f"Configuration {self.first} less {self.second}, {metric} on the same {test.n} "
+            f"{self.unit}s: {test.difference:+.3f}, 95 % interval {test.low:+.3f} to "
+            f"{test.high:+.3f}; p {test.p_permutation:.2g} (permutation; {test.n} pairs cannot "
+            f"give less than {test.smallest_p:.2g})."
+        )
+
+
+def compare_pair(
+    table: pd.DataFrame, folders: dict[str, Path], metric: str, first: int, second: int
+) -> Pairing:
+    """Compare two configurations on what both were tried on.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        From `narx.experiments.compare.runs.runs_table`.
+    folders : dict of str to pathlib.Path
+        Folder of each run, by its name in the table.
+    metric : str
+        What is compared.
+    first, second : int
+        Ranks.
+
+    Returns
+    -------
+    Pairing
+        Over people where both are benchmarks, else over seeds whose folds are the same.
+
+    Raises
+    ------
+    UserError
+        If there is no configuration of such a rank.
+    """
+    known = sorted(set(table["rank"]))
+    for rank in (first, second):
+        if rank not in known:
+            raise UserError(f"--pair: no configuration {rank}, expected 1 to {known[-1]}")
+    a, b = (table[table["rank"] == rank] for rank in (first, second))
+    if (a["fold"] == "").all() and (b["fold"] == "").all():
+        left, right = (_by_person(rows, folders) for rows in (a, b))
+        unit = "person"
+    else:
+        seeds = [str(column) for column in table if is_seed(str(column))]
+        left, right = (rows.set_index([*seeds, "fold"])[metric] for rows in (a, b))
+        unit = "seed"
+    both = pd.concat({"a": left, "b": right}, axis=1, join="inner")
+    return Pairing(first, second, unit, paired_test(both["a"].to_numpy(), both["b"].to_numpy()))
+
+
+def _by_person(rows: pd.DataFrame, folders: dict[str, Path]) -> pd.Series:
+    results = pd.concat(
+        [read_results(folders[str(run)] / "results.csv") for run in rows["run"]], ignore_index=True
+    )
+    network = results[results["method"] == "narx"]
+    return network.groupby(["dataset", "subject"])["rmse_deg"].mean()

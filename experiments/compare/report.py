@@ -1,0 +1,244 @@
+"""One HTML file that shows all runs, sortable, zoomable, without a network."""
+
+import html
+import json
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+import pyarrow  # noqa: F401 - asked for here, so that the command says what is not installed
+from itables import to_html_datatable
+from itables.javascript import generate_init_offline_itables_html
+from plotly.colors import qualitative
+from plotly.offline import get_plotlyjs
+from plotly.subplots import make_subplots
+
+from narx.experiments.compare.runs import Run
+from narx.files import atomic_path
+from narx.kinematics.segment_angles import AXES
+
+_COLOURS = qualitative.Dark24
+# more curves than this are a cloud
+_MOST_CURVES = 60
+_HEAD = (
+    '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Comparison of runs</title>'
+    "<style>body{font-family:sans-serif;margin:2em;max-width:1200px}</style></head><body>"
+)
+
+
+def write_report(
+    path: Path,
+    table: pd.DataFrame,
+    runs: Sequence[Run],
+    metric: str,
+    keys: Sequence[str],
+    sentences: Sequence[str],
+) -> None:
+    """Write the report.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to write.
+    table : pandas.DataFrame
+        From `narx.experiments.compare.runs.runs_table`.
+    runs : sequence of Run
+        The same runs, for their curves and angles.
+    metric : str
+        What they are ranked by.
+    keys : sequence of str
+        Keys that differ.
+    sentences : sequence of str
+        What was found, in words.
+    """
+    folder_of = {run.folder.name: run.folder for run in runs}
+    figures = {
+        "Settings against the error": settings_figure(table, metric, keys),
+        "Each setting": scatter_figure(table, metric, keys),
+        "Learning curves": learning_figure(table, folder_of),
+        **angle_figures(folder_of[str(table["run"].iloc[0])]),
+    }
+    parts = [
+        _HEAD,
+        f"<h1>{len(table)} runs by {html.escape(metric)}</h1>",
+        *(f"<p>{html.escape(sentence)}</p>" for sentence in sentences),
+        generate_init_offline_itables_html(
+            Path(str(resources.files("itables"))) / "html" / "dt_bundle.js"
+        ),
+        to_html_datatable(table.round(4), connected=False, paging=False, maxBytes=0),
+        f"<script>{get_plotlyjs()}</script>",
+    ]
+    for title, figure in figures.items():
+        if figure is not None:
+            parts.append(f"<h2>{html.escape(title)}</h2>")
+            parts.append(figure.to_html(full_html=False, include_plotlyjs=False))
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join([*parts, "</body></html>"]), encoding="utf-8")
+
+
+def settings_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.Figure | None:
+    """Draw every run as a line through its settings to its error.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        A row a run.
+    metric : str
+        Last axis, and colour.
+    keys : sequence of str
+        The other axes.
+
+    Returns
+    -------
+    plotly.graph_objects.Figure or None
+        Parallel coordinates; None if nothing differs.
+    """
+    if not keys:
+        return None
+    dimensions = [_dimension(key, table[key]) for key in keys]
+    dimensions.append({"label": metric, "values": table[metric]})
+    lines = go.Parcoords(
+        dimensions=dimensions,
+        line={"color": table[metric], "colorscale": "Viridis_r", "showscale": True},
+        labelangle=-20,
+    )
+    figure = go.Figure(lines)
+    figure.update_layout(height=480, margin={"t": 140})
+    return figure
+
+
+def _dimension(key: str, values: pd.Series) -> dict[str, object]:
+    if pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values):
+        return {"label": key, "values": values}
+    codes, names = pd.factorize(values.map(_named), sort=True)
+    return {
+        "label": key, "values": codes, "tickvals": list(range(len(names))), "ticktext": list(names),
+    }  # fmt: skip
+
+
+def _named(value: object) -> str:
+    # of a long class name the last word tells
+    return "–" if pd.isna(value) else str(value).rpartition(".")[2]  # type: ignore[call-overload]
+
+
+def scatter_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.Figure | None:
+    """Draw the error against each key that differs, a point a run.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        A row a run.
+    metric : str
+        Ordinate.
+    keys : sequence of str
+        A panel each.
+
+    Returns
+    -------
+    plotly.graph_objects.Figure or None
+        None if nothing differs.
+    """
+    if not keys:
+        return None
+    columns = min(len(keys), 3)
+    rows = -(-len(keys) // columns)
+    figure = make_subplots(rows, columns, subplot_titles=list(keys), shared_yaxes=True)
+    for i, key in enumerate(keys):
+        values = table[key]
+        if not pd.api.types.is_numeric_dtype(values) or pd.api.types.is_bool_dtype(values):
+            values = values.map(_named)
+        points = go.Scatter(
+            x=values, y=table[metric], mode="markers", text=table["run"], showlegend=False,
+            marker={"color": [_COLOURS[(r - 1) % len(_COLOURS)] for r in table["rank"]]},
+        )  # fmt: skip
+        figure.add_trace(points, row=i // columns + 1, col=i % columns + 1)
+    figure.update_yaxes(title_text=metric, col=1)
+    figure.update_layout(height=320 * rows)
+    return figure
+
+
+def learning_figure(table: pd.DataFrame, folders: dict[str, Path]) -> go.Figure | None:
+    """Draw the cost of the kept start of every run by iteration.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        A row a run, the best first.
+    folders : dict of str to pathlib.Path
+        Folder of each run.
+
+    Returns
+    -------
+    plotly.graph_objects.Figure or None
+        None if no run is a training.
+    """
+    figure = go.Figure()
+    for row in table.head(_MOST_CURVES).itertuples():
+        path = folders[str(row.run)] / "training.json"
+        if not path.exists():
+            continue
+        history = pd.DataFrame(json.loads(path.read_text(encoding="utf-8"))["report"]["history"])
+        if "cost" not in history:
+            continue  # of another version
+        colour = _COLOURS[(int(str(row.rank)) - 1) % len(_COLOURS)]
+        figure.add_scatter(
+            y=history["cost"], name=f"{row.rank}: {row.run}", mode="lines", line={"color": colour}
+        )
+    if not figure.data:
+        return None
+    figure.update_yaxes(type="log", title_text="cost")
+    figure.update_xaxes(title_text="iteration")
+    return figure
+
+
+def angle_figures(folder: Path) -> dict[str, go.Figure | None]:
+    """Draw angles of a run beside the reference, and their differences (Bland and Altman).
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of the best run.
+
+    Returns
+    -------
+    dict of str to plotly.graph_objects.Figure
+        By heading; empty where the run left no angles.
+    """
+    path = folder / "angles.csv"
+    angles = pd.read_csv(path) if path.exists() else pd.DataFrame()
+    angles = angles[angles["method"] == "narx"] if len(angles) else angles
+    if angles.empty:
+        return {}
+    first = angles[(angles["trial"] == angles["trial"].iloc[0])]
+    first = first[first["segment"] == first["segment"].iloc[0]]
+    waves = make_subplots(len(AXES), 1, shared_xaxes=True, subplot_titles=list(AXES))
+    differences = make_subplots(1, len(AXES), subplot_titles=list(AXES))
+    for k, axis in enumerate(AXES):
+        piece, all_of_axis = first[first["axis"] == axis], angles[angles["axis"] == axis]
+        for column, colour in (("reference_deg", "black"), ("estimate_deg", _COLOURS[0])):
+            waves.add_scatter(
+                x=piece["time_s"], y=piece[column], name=column, line={"color": colour},
+                showlegend=k == 0, row=k + 1, col=1,
+            )  # fmt: skip
+        error = all_of_axis["reference_deg"] - all_of_axis["estimate_deg"]
+        mean = (all_of_axis["reference_deg"] + all_of_axis["estimate_deg"]) / 2
+        differences.add_scatter(
+            x=mean, y=error, mode="markers", marker={"size": 3, "color": _COLOURS[k]},
+            showlegend=False, row=1, col=k + 1,
+        )  # fmt: skip
+        bias, spread = float(error.mean()), float(error.std())
+        if np.isfinite(spread):
+            for level, dash in ((bias, "solid"), (bias - 1.96 * spread, "dash"),
+                                (bias + 1.96 * spread, "dash")):  # fmt: skip
+                differences.add_hline(level, line_dash=dash, row=1, col=k + 1)
+    waves.update_layout(height=600)
+    differences.update_yaxes(title_text="reference − estimate (°)", col=1)
+    differences.update_xaxes(title_text="mean of both (°)")
+    where = f"{first['trial'].iloc[0]}, {first['segment'].iloc[0]}"
+    return {
+        f"Angles of the best run in degrees: {where}": waves,
+        "Differences of the best run, with mean and 95 % limits of agreement": differences,
+    }

@@ -1,0 +1,231 @@
+"""Gather finished runs: what they were set to, and how well they did."""
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from omegaconf import DictConfig, OmegaConf
+
+from narx.errors import UserError
+from narx.experiments.runs.folder import RECORD, read_record
+from narx.experiments.runs.identity import flat_settings
+
+# the error on which configurations are ranked: of trainings and of benchmarks
+METRICS = ("held_back_error_deg", "rmse_deg")
+SEED = "seed"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One finished run.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where it lies.
+    settings : dict
+        Its resolved configuration, a value by dotted key.
+    overrides : tuple of str
+        What was changed on the command line.
+    metrics : dict of str to float
+        By name; ``rmse_deg`` is the mean over all segments and axes of the network.
+    fold : str
+        What it was trained on; empty for a benchmark.
+    """
+
+    folder: Path
+    settings: dict[str, Any]
+    overrides: tuple[str, ...]
+    metrics: dict[str, float]
+    fold: str
+
+
+def is_seed(key: str) -> bool:
+    """Tell whether a key sets a seed, over which configurations are averaged.
+
+    Parameters
+    ----------
+    key : str
+        Dotted key.
+
+    Returns
+    -------
+    bool
+        True for ``seed`` and ``<anything>.seed``.
+    """
+    return key.rpartition(".")[2] == SEED
+
+
+def find_runs(directories: Iterable[Path]) -> tuple[list[Run], list[Path]]:
+    """Find all runs below some folders.
+
+    Parameters
+    ----------
+    directories : iterable of pathlib.Path
+        Folders of sweeps, of single runs, or above.
+
+    Returns
+    -------
+    runs : list of Run
+        The finished ones, in the order of their folders.
+    others : list of pathlib.Path
+        Folders of runs that have failed, were cut off, or are at work.
+
+    Raises
+    ------
+    UserError
+        If a folder does not exist, or none holds a finished run with a number to compare.
+    """
+    directories = list(directories)
+    folders: dict[Path, None] = {}
+    for directory in directories:
+        if not directory.is_dir():
+            raise UserError(f"{directory}: no such folder")
+        folders |= {path.parent: None for path in sorted(directory.rglob(RECORD))}
+    runs, others = [], []
+    for folder in folders:
+        record = read_record(folder)
+        assert record is not None
+        if record["state"] != "finished":
+            others.append(folder)
+        elif (folder / "metrics.json").is_file():
+            runs.append(_read_run(folder))
+    if not runs:
+        where = ", ".join(map(str, directories))
+        raise UserError(f"{where}: no finished run of narx-train or narx-benchmark")
+    return runs, others
+
+
+def _read_run(folder: Path) -> Run:
+    try:
+        cfg = OmegaConf.load(folder / ".hydra" / "config.yaml")
+        assert isinstance(cfg, DictConfig)
+        overrides = OmegaConf.load(folder / ".hydra" / "overrides.yaml")
+        metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+        training = folder / "training.json"
+        fold = json.loads(training.read_text(encoding="utf-8"))["fold"] if training.exists() else ""
+    except (OSError, ValueError, KeyError) as error:
+        raise UserError(f"{folder}: not the folder of a finished run ({error})") from error
+    numbers = pd.Series(metrics, dtype=float)
+    rmse = numbers[numbers.index.str.startswith("rmse_deg/") & numbers.index.str.endswith("/narx")]
+    if len(rmse):
+        numbers["rmse_deg"] = rmse.mean()
+    return Run(folder, flat_settings(cfg), tuple(map(str, overrides)), dict(numbers), fold)
+
+
+def differing_keys(runs: Sequence[Run]) -> list[str]:
+    """List the keys in which runs differ.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        To compare.
+
+    Returns
+    -------
+    list of str
+        In the order of the configuration, seeds left out.
+    """
+    keys = list(dict.fromkeys(key for run in runs for key in run.settings))
+    return [
+        key
+        for key in keys
+        if not is_seed(key) and len({repr(run.settings.get(key)) for run in runs}) > 1
+    ]
+
+
+def choose_metric(runs: Sequence[Run], wanted: str | None) -> str:
+    """Choose the number by which runs are ranked.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        All must have it.
+    wanted : str, optional
+        Its name; the first of `METRICS` that all have if not given.
+
+    Returns
+    -------
+    str
+        Name of a metric, smaller is better.
+
+    Raises
+    ------
+    UserError
+        If a run does not have it.
+    """
+    shared = set.intersection(*(set(run.metrics) for run in runs))
+    names = METRICS if wanted is None else (wanted,)
+    for name in names:
+        if name in shared:
+            return name
+    raise UserError(
+        f"--metric: not all runs have {' or '.join(names)}, expected one of "
+        f"{', '.join(sorted(shared)) or 'nothing: these runs have no number in common'}"
+    )
+
+
+def runs_table(runs: Sequence[Run], metric: str) -> pd.DataFrame:
+    """Put runs into one table, the best configuration first.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        To compare.
+    metric : str
+        Ranks them.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a run: ``rank`` of its configuration, ``mean``, ``sd`` and ``n`` of the metric over
+        the runs of that configuration, which differ in their seeds alone; the keys that differ;
+        seeds; fold; metrics; ``run``, its folder's name. No times: two sweeps with the same
+        results have the same table.
+    """
+    differing = differing_keys(runs)
+    rows = []
+    for run in runs:
+        seeds = {key: value for key, value in run.settings.items() if is_seed(key)}
+        settings = {key: _plain(run.settings.get(key)) for key in differing}
+        rows.append({**settings, **seeds, "fold": run.fold, **run.metrics, "run": run.folder.name})
+    table = pd.DataFrame(rows)
+    number = pd.Series(range(len(table)), index=table.index)
+    if differing:
+        number = table.groupby(differing, dropna=False, sort=False).ngroup()
+    else:
+        number[:] = 0
+    by = table[metric].groupby(number)
+    table.insert(0, "mean", number.map(by.mean()))
+    table.insert(1, "sd", number.map(by.std()))
+    table.insert(2, "n", number.map(by.count()))
+    order = by.mean().rank(method="first").astype(int)
+    table.insert(0, "rank", number.map(order))
+    by_seed = [str(column) for column in table if is_seed(str(column))]
+    return table.sort_values(["rank", *by_seed, "run"], kind="stable").reset_index(drop=True)
+
+
+def configurations_table(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
+    """Reduce a table of runs to its configurations.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        From `runs_table`.
+    keys : sequence of str
+        Keys that differ.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a configuration: ``rank``, ``mean``, ``sd``, ``n`` and the keys.
+    """
+    columns = ["rank", "mean", "sd", "n", *keys]
+    return table.drop_duplicates("rank")[columns].reset_index(drop=True)
+
+
+def _plain(value: object) -> object:
+    return value if isinstance(value, bool | int | float | str) or value is None else str(value)

@@ -1,0 +1,135 @@
+"""One table over the runs of a sweep: numbers checked by hand, a report that needs no network."""
+
+import json
+import re
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from omegaconf import OmegaConf
+
+from narx.errors import UserError
+
+pytest.importorskip("plotly")
+pytest.importorskip("pyarrow")
+
+from narx.experiments.compare.__main__ import compare, main
+
+# held-back error by hidden neurons and seed
+ERRORS = {2: [1.5, 1.7, 1.9], 3: [1.0, 1.1, 1.5]}
+
+
+def make_run(folder, hidden, seed, error, state="finished", fold=None):
+    (folder / ".hydra").mkdir(parents=True)
+    settings = {"seed": seed, "data_root": "/anywhere", "model": {"hidden": hidden, "odd": True}}
+    OmegaConf.save(OmegaConf.create(settings), folder / ".hydra" / "config.yaml")
+    overrides = [f"seed={seed}", f"model.hidden={hidden}", "+note='two words'", "data_root=/x"]
+    OmegaConf.save(OmegaConf.create(overrides), folder / ".hydra" / "overrides.yaml")
+    (folder / "run.json").write_text(json.dumps({"identity": str(folder), "state": state}))
+    (folder / "metrics.json").write_text(
+        json.dumps({"held_back_error_deg": error, "rmse_deg/knee_right/sagittal/narx": 2 * error})
+    )
+    history = [{"cost": 3.0}, {"cost": error}]
+    training = {"fold": fold or f"S{seed}", "report": {"history": history}}
+    (folder / "training.json").write_text(json.dumps(training))
+    time_s = np.arange(0, 2, 0.1)
+    angles = pd.concat(
+        pd.DataFrame(
+            {
+                "trial": "t", "segment": "knee_right", "axis": axis, "method": "narx",
+                "time_s": time_s, "reference_deg": np.sin(time_s), "estimate_deg": 0.0,
+            }
+        )
+        for axis in ("sagittal", "frontal", "transverse")
+    )  # fmt: skip
+    angles.to_csv(folder / "angles.csv", index=False)
+
+
+@pytest.fixture
+def sweep(tmp_path):
+    for hidden, errors in ERRORS.items():
+        for seed, error in enumerate(errors):
+            make_run(tmp_path / f"model.hidden={hidden},seed={seed}", hidden, seed, error)
+    make_run(tmp_path / "cut", 4, 0, 0.1, state="interrupted")
+    return tmp_path
+
+
+def test_configurations_are_ranked_by_their_mean_over_seeds(sweep):
+    said = compare([sweep], None, None, None)
+    table = pd.read_csv(sweep / "runs.csv")
+    assert len(table) == 6
+    assert list(table["rank"]) == [1, 1, 1, 2, 2, 2]
+    best = table[table["model.hidden"] == 3].iloc[0]
+    assert best["mean"] == pytest.approx(1.2)
+    assert best["sd"] == pytest.approx(np.std([1.0, 1.1, 1.5], ddof=1))
+    assert best["n"] == 3
+    assert "model.odd" not in table  # the same everywhere
+    assert "data_root" not in table
+    pd.testing.assert_frame_equal(pd.read_parquet(sweep / "runs.parquet"), table, check_dtype=False)
+    assert "best: narx-train model.hidden=3 '+note='\"'\"'two words'\"'\"''" in said
+    assert "left out, not finished: 1" in said
+
+
+def test_two_configurations_are_compared_on_the_same_seeds_and_folds(sweep):
+    said = compare([sweep], None, (1, 2), None)
+    # 1.0-1.5, 1.1-1.7, 1.5-1.9
+    assert "held_back_error_deg on the same 3 seeds: -0.500" in said
+    assert "cannot give less than 0.25" in said
+    make_run(sweep / "other_fold", 3, 7, 1.0, fold="A")
+    make_run(sweep / "other_fold_2", 2, 7, 9.0, fold="B")
+    assert "on the same 3 seeds: -0.500" in compare([sweep], None, (1, 2), None)
+
+
+def test_another_metric(sweep):
+    compare([sweep], "rmse_deg", None, sweep / "out")
+    assert pd.read_csv(sweep / "out" / "runs.csv")["mean"].iloc[0] == pytest.approx(2.4)
+
+
+def test_the_report_is_one_file_that_needs_no_network(sweep):
+    compare([sweep], None, None, None)
+    text = (sweep / "comparison.html").read_text()
+    for wanted in ("Settings against the error", "Learning curves", "limits of agreement"):
+        assert wanted in text
+    tags = re.findall(r"<(?:script|link|img)\b[^>]*\b(?:src|href)=\"(http[^\"]+)", text)
+    assert tags == []
+
+
+def test_the_same_results_give_the_same_table(sweep, tmp_path_factory):
+    compare([sweep], None, None, None)
+    again = tmp_path_factory.mktemp("again")
+    for hidden, errors in reversed(ERRORS.items()):
+        for seed, error in enumerate(errors):
+            make_run(again / f"model.hidden={hidden},seed={seed}", hidden, seed, error)
+    compare([again], None, None, None)
+    assert (again / "runs.csv").read_bytes() == (sweep / "runs.csv").read_bytes()
+    assert (again / "runs.parquet").read_bytes() == (sweep / "runs.parquet").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["/no/such/folder"], "/no/such/folder: no such folder"),
+        (["{empty}"], "no finished run of narx-train or narx-benchmark"),
+        (["{sweep}", "--metric", "beauty"], "--metric: not all runs have beauty"),
+        (["{sweep}", "--pair", "1", "9"], "--pair: no configuration 9, expected 1 to 2"),
+    ],
+)
+def test_a_mistake_is_one_line(sweep, tmp_path_factory, monkeypatch, capsys, arguments, says):
+    empty = tmp_path_factory.mktemp("empty")
+    words = [word.format(sweep=sweep, empty=empty) for word in arguments]
+    monkeypatch.setattr(sys, "argv", ["narx-compare", *words])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: ")
+    assert says in line
+
+
+def test_a_damaged_run_is_named(sweep):
+    (sweep / "model.hidden=2,seed=0" / "metrics.json").write_text("{")
+    with pytest.raises(
+        UserError, match=r"model\.hidden=2,seed=0: not the folder of a finished run"
+    ):
+        compare([sweep], None, None, None)
