@@ -1,6 +1,6 @@
-"""A single recording in a text file of the user's own.
+"""A single recording in a file of the user's own.
 
-The header says what a column is and in which unit; columns in any order, others are ignored:
+The names of the columns say what they are and in which unit; in any order, others are ignored:
 
 ============================== ==================================================
 ``time_s``                     sampling times in s (``_ms``, ``_us``, ``_ns``), or as ISO 8601
@@ -11,7 +11,8 @@ The header says what a column is and in which unit; columns in any order, others
 ============================== ==================================================
 
 An empty cell, ``NA`` or ``nan`` is a missing value. Which dialect of text it is, is found
-(`narx.datasets.text_dialect`), and the stamps become sampling times (`narx.recordings.stamps`).
+(`narx.datasets.text_dialect`), exports of known devices are recognised
+(`narx.datasets.device_layouts`), and the stamps become sampling times (`narx.recordings.stamps`).
 """
 
 import os
@@ -20,29 +21,30 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from narx.datasets.layout import AXES, OWN, Found, Layout, find, require
-from narx.datasets.text_dialect import TextTable, read_table
-from narx.errors import RecordingError
+from narx.datasets.array_table import read_mat_table, read_parquet
+from narx.datasets.bundle import read_bundle
+from narx.datasets.layout import AXES, Layout
+from narx.datasets.table_recording import recording_from
+from narx.datasets.text_dialect import read_table
 from narx.files import atomic_path
-from narx.recordings.one_clock import at_gyroscope_times
-from narx.recordings.stamps import sampling_times
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
 
 def read_recording(
-    path: str | os.PathLike[str], segment: str = "imu", layout: Layout = OWN
+    path: str | os.PathLike[str], segment: str = "imu", layout: Layout | None = None
 ) -> ImuRecording:
-    """Read a recording from a text file.
+    """Read a recording.
 
     Parameters
     ----------
     path : path-like
-        File in the format above, in any dialect of CSV.
+        Text in any dialect of CSV; Parquet (``.parquet``); MATLAB 5 with named arrays (``.mat``);
+        a zip or folder of a phone app, with one file a sensor.
     segment : str
         Segment that the sensor sits on, such as ``thigh_right``.
-    layout : Layout
-        What the columns are called.
+    layout : Layout, optional
+        What the columns are called; None takes the names above, or those of a known device.
 
     Returns
     -------
@@ -58,38 +60,21 @@ def read_recording(
         one line that names file and place.
     """
     file = Path(path)
-    table = read_table(file)
-    names, units = table.names, table.units
-    time_column = require(layout.time, "time", names, units, str(file))
-    gyroscope_columns = require(layout.gyroscope, "gyroscope", names, units, str(file))
-    accelerometer_columns = None
-    if layout.accelerometer is not None:
-        accelerometer_columns = find(layout.accelerometer, "accelerometer", names, units, str(file))
-        if accelerometer_columns is None and any(n.startswith("accelerometer_") for n in names):
-            require(layout.accelerometer, "accelerometer", names, units, str(file))
-    stamps, notes = _times(table, time_column)
-    gyroscope = _vectors(table, gyroscope_columns)
-    accelerometer = (
-        np.full_like(gyroscope, np.nan)
-        if accelerometer_columns is None
-        else _vectors(table, accelerometer_columns)
-    )
-    used = np.column_stack([stamps, gyroscope, accelerometer])
-    if not table.ends_in_line_break:
-        read = used[-1, : used.shape[1] if accelerometer_columns else 4]
-        if not np.isfinite(read).all():
-            raise RecordingError(
-                f"{file}: the last line has an empty cell and no line break (cut off?)"
-            )
-    times = sampling_times(stamps, used[:, 1:], str(file))
-    recording = ImuRecording(
-        segment,
-        times.time_s,
-        gyroscope[times.rows],
-        accelerometer[times.rows],
-        notes=(*table.notes, *notes, *times.notes),
-    )
-    return at_gyroscope_times(recording)
+    suffix = file.suffix.lower()
+    if suffix == ".zip" or _is_bundle(file):
+        return read_bundle(file, segment)
+    if suffix in (".parquet", ".pq"):
+        return recording_from(read_parquet(file), layout, segment)
+    if suffix == ".mat":
+        return recording_from(read_mat_table(file), layout, segment)
+    return recording_from(read_table(file), layout, segment)
+
+
+def _is_bundle(file: Path) -> bool:
+    try:
+        return file.is_dir() and any(file.glob("Gyroscope*.csv"))
+    except (OSError, ValueError):
+        return False
 
 
 def write_recording(path: str | os.PathLike[str], recording: ImuRecording) -> None:
@@ -111,28 +96,3 @@ def write_recording(path: str | os.PathLike[str], recording: ImuRecording) -> No
     with atomic_path(path) as temporary:
         # 17 digits hold a double exactly
         pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.17g", na_rep="nan")
-
-
-def _vectors(table: TextTable, found: Found) -> FloatArray:
-    columns = [
-        table.numbers(index) * factor
-        for index, factor in zip(found.indices, found.factors, strict=True)
-    ]
-    return np.column_stack(columns)
-
-
-def _times(table: TextTable, found: Found) -> tuple[FloatArray, list[str]]:
-    """Stamps in s; calendar times count from the first."""
-    (column,), (factor,) = found.indices, found.factors
-    cells = table.cells(column)
-    if sum(":" in cell for cell in cells) > len(cells) // 2:
-        stamps = pd.to_datetime(pd.Series(cells), format="ISO8601", utc=True, errors="coerce")
-        wrong = np.flatnonzero(stamps.isna().to_numpy())
-        if wrong.size:
-            raise RecordingError(
-                f"{table.path}: line {table.line_numbers[wrong[0]]}, column "
-                f"{table.names[column]}: found '{cells[wrong[0]][:40]}', expected a date and time"
-            )
-        seconds = (stamps - stamps.iloc[0]).dt.total_seconds()
-        return np.asarray(seconds, dtype=np.float64), [f"times count from {cells[0]}"]
-    return table.numbers(column) * factor, []

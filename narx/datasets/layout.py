@@ -1,15 +1,14 @@
 """Which column of a table is what: a small description per device, matched to the names found.
 
-A pattern is a column's name with ``{axis}`` for x, y, z and ``{unit}`` for any known unit; case
-does not matter. Names may also be listed, and the unit be given beside them.
+A pattern is a column's name with ``{axis}`` for x, y, z, ``{unit}`` for any known unit and
+``{any}`` for anything; case does not matter. Names may also be listed, and the unit be given beside
+them.
 """
 
-import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from narx.datasets.units import Quantity, factor_to_si, unit_names
-from narx.errors import RecordingError, UserError
+from narx.errors import UserError
 
 AXES = ("x", "y", "z")
 
@@ -24,225 +23,65 @@ class Columns:
         Pattern, or the names themselves in the order x, y, z.
     unit : str, optional
         Unit of the numbers, where the pattern has no ``{unit}`` and there is no units row.
-    sign : sequence of float
-        Factor per axis, for a device whose axis points the other way.
+    sign : int or sequence of int
+        +1 or -1, for all axes or each, for a device whose axis points the other way.
+    wraps : int, optional
+        A counter that starts again at zero after so many steps.
 
     Raises
     ------
     UserError
-        If the sign is not +1 or -1, one for all or one per axis.
+        If a field is not of that form.
     """
 
     names: str | Sequence[str]
     unit: str | None = None
-    sign: float | Sequence[float] = 1.0
+    sign: int | Sequence[int] = 1
+    wraps: int | None = None
 
     def __post_init__(self) -> None:
-        signs = [self.sign] if isinstance(self.sign, int | float) else list(self.sign)
-        if len(signs) not in (1, 3) or any(one not in (1, -1) for one in signs):
-            raise UserError(f"sign is {self.sign}, expected 1 or -1, or three of them")
+        names = [self.names] if isinstance(self.names, str) else self.names
+        if not isinstance(names, Sequence) or not all(isinstance(one, str) for one in names):
+            raise UserError(
+                f"columns: names are {names}, expected a name, a pattern or three names"
+            )
+        signs = [self.sign] if isinstance(self.sign, int) else self.sign
+        if not isinstance(signs, Sequence) or len(signs) not in (1, 3) or {*signs} - {1, -1}:
+            raise UserError(f"columns: sign is {self.sign}, expected 1 or -1, or three of them")
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What a device calls its columns.
+    """What a device calls its columns; of alternatives, the first that a table has counts.
 
     Parameters
     ----------
     name : str
         Of the device or program, for messages.
-    time, gyroscope : Columns
+    time, gyroscope : tuple of Columns
         Sampling times and angular rate.
-    accelerometer : Columns, optional
+    accelerometer : tuple of Columns
         Specific force (at rest it points up).
+    comment : str, optional
+        Regular expression that a comment above the header must match; its group is the rate in
+        Hz, where time is a count of ``packets``.
+    files : mapping of str to tuple of str
+        ``gyroscope`` and ``accelerometer`` to file names, where each sensor has a file; empty
+        for a device that writes one table.
     """
 
     name: str
-    time: Columns
-    gyroscope: Columns
-    accelerometer: Columns | None = None
+    time: tuple[Columns, ...]
+    gyroscope: tuple[Columns, ...]
+    accelerometer: tuple[Columns, ...] = ()
+    comment: str | None = None
+    files: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 OWN = Layout(
     "narx",
-    Columns("time_{unit}"),
-    Columns("gyroscope_{axis}_{unit}"),
-    Columns("accelerometer_{axis}_{unit}"),
+    (Columns("time_{unit}"),),
+    (Columns("gyroscope_{axis}_{unit}"),),
+    (Columns("accelerometer_{axis}_{unit}"),),
 )
-
-
-@dataclass(frozen=True)
-class Found:
-    """Columns of one quantity in one table.
-
-    Parameters
-    ----------
-    indices : tuple of int
-        From 0; one, or three for x, y, z.
-    factors : tuple of float
-        To SI, sign included.
-    """
-
-    indices: tuple[int, ...]
-    factors: tuple[float, ...]
-
-
-def find(
-    columns: Columns,
-    quantity: Quantity,
-    names: Sequence[str],
-    units: Sequence[str] | None,
-    where: str,
-) -> Found | None:
-    """Find the columns of a quantity.
-
-    Parameters
-    ----------
-    columns : Columns
-        What to look for.
-    quantity : {"time", "gyroscope", "accelerometer"}
-        What they hold.
-    names : sequence of str
-        Names of all columns.
-    units : sequence of str, optional
-        Units row of the table.
-    where : str
-        File, for messages.
-
-    Returns
-    -------
-    Found or None
-        None where no column has such a name.
-
-    Raises
-    ------
-    RecordingError
-        If some axes are missing, a name occurs twice, or the unit is unknown or contradicted by
-        the units row.
-    """
-    axes: Sequence[str] = ("",) if quantity == "time" else AXES
-    matches = [_matches(columns, axis, names) for axis in axes]
-    if not any(matches):
-        return None
-    by_unit: dict[str, list[list[int]]] = {}
-    for k, matched in enumerate(matches):
-        for index, unit in matched:
-            by_unit.setdefault(unit, [[] for _ in axes])[k].append(index)
-    known = {
-        unit: found
-        for unit, found in by_unit.items()
-        if not unit or factor_to_si(quantity, unit) is not None
-    }
-    if not known:
-        return None
-    complete = {unit: found for unit, found in known.items() if all(found)}
-    unit, found = next(iter((complete or known).items()))
-    for k, of_axis in enumerate(found):
-        if not of_axis:
-            present = names[next(i[0] for i in found if i)]
-            missing = _spelled(columns, axes[k], unit)
-            raise RecordingError(
-                f"{where}: no column '{missing}' beside '{present}'; found {_listed(names)}"
-            )
-        if len(of_axis) > 1:
-            raise RecordingError(
-                f"{where}: column {names[of_axis[0]]} occurs {len(of_axis)} times (columns "
-                f"{', '.join(str(index + 1) for index in of_axis)}), expected once"
-            )
-    indices = tuple(of_axis[0] for of_axis in found)
-    factor = _factor(columns, quantity, unit, indices, names, units, where)
-    signs = [columns.sign] if isinstance(columns.sign, int | float) else list(columns.sign)
-    signs = signs * len(axes) if len(signs) == 1 else signs
-    return Found(indices, tuple(factor * sign for sign in signs[: len(axes)]))
-
-
-def require(
-    columns: Columns,
-    quantity: Quantity,
-    names: Sequence[str],
-    units: Sequence[str] | None,
-    where: str,
-) -> Found:
-    """Find the columns of a quantity that must be there.
-
-    Parameters
-    ----------
-    columns, quantity, names, units, where
-        As for `find`.
-
-    Returns
-    -------
-    Found
-        The columns.
-
-    Raises
-    ------
-    RecordingError
-        As `find`, and if there are none.
-    """
-    found = find(columns, quantity, names, units, where)
-    if found is None:
-        axis = "" if quantity == "time" else "x"
-        spelled = [_spelled(columns, axis, unit) for unit in unit_names(quantity)[:2]]
-        expected = " or ".join(dict.fromkeys(spelled[:1] if quantity == "time" else spelled))
-        more = "" if quantity == "time" else " (and y, z)"
-        raise RecordingError(
-            f"{where}: no column '{expected}'{more}; found {_listed(names) or 'nothing'}"
-        )
-    return found
-
-
-def _matches(columns: Columns, axis: str, names: Sequence[str]) -> list[tuple[int, str]]:
-    """Columns with the name of an axis, and the unit in that name."""
-    if isinstance(columns.names, str):
-        pattern = re.escape(columns.names).replace(r"\{axis\}", re.escape(axis))
-        pattern = pattern.replace(r"\{unit\}", "(?P<unit>.+?)")
-    else:
-        listed = list(columns.names)
-        if axis and len(listed) != len(AXES):
-            raise UserError(f"columns are {listed}, expected three names, for x, y and z")
-        pattern = re.escape(listed[AXES.index(axis) if axis else 0])
-    found = []
-    for index, name in enumerate(names):
-        if match := re.fullmatch(pattern, name.strip(), re.IGNORECASE):
-            found.append((index, match.groupdict().get("unit") or ""))
-    return found
-
-
-def _spelled(columns: Columns, axis: str, unit: str) -> str:
-    if not isinstance(columns.names, str):
-        return str(columns.names[AXES.index(axis) if axis else 0])
-    return columns.names.replace("{axis}", axis).replace("{unit}", unit)
-
-
-def _listed(names: Sequence[str]) -> str:
-    shown = [name for name in names if name]
-    return ", ".join(shown[:20]) + (f" and {len(shown) - 20} more" if len(shown) > 20 else "")
-
-
-def _factor(
-    columns: Columns,
-    quantity: Quantity,
-    in_name: str,
-    indices: Sequence[int],
-    names: Sequence[str],
-    units: Sequence[str] | None,
-    where: str,
-) -> float:
-    """Agree on one unit between the name, the description and the units row."""
-    below = {units[index].strip() for index in indices} - {"", "-"} if units else set()
-    given = {in_name or columns.unit or "", *below} - {""}
-    factors = {unit: factor_to_si(quantity, unit) for unit in given}
-    unknown = [unit for unit, factor in factors.items() if factor is None]
-    first = names[indices[0]]
-    if unknown or not factors:
-        raise RecordingError(
-            f"{where}: column {first} has "
-            + (f"unit '{unknown[0]}'" if unknown else "no unit")
-            + f", expected one of {', '.join(unit_names(quantity))}"
-        )
-    if len(set(factors.values())) > 1:
-        raise RecordingError(f"{where}: column {first} has units {' and '.join(sorted(given))}")
-    factor = next(iter(factors.values()))
-    assert factor is not None
-    return factor
+PACKETS = "packets"

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from narx.datasets.units import is_unit
 from narx.errors import RecordingError
@@ -68,19 +69,7 @@ class TextTable:
     comments: tuple[str, ...]
     notes: tuple[str, ...]
 
-    def cells(self, column: int) -> list[str]:
-        """Return the text of a column.
-
-        Parameters
-        ----------
-        column : int
-            From 0.
-
-        Returns
-        -------
-        list of str
-            A cell per row, without surrounding blanks.
-        """
+    def _cells(self, column: int) -> list[str]:
         return [row[column].strip() for row in self.rows]
 
     def numbers(self, column: int) -> FloatArray:
@@ -101,7 +90,7 @@ class TextTable:
         RecordingError
             If a cell is something else than a finite number; names line and column.
         """
-        cells = self.cells(column)
+        cells = self._cells(column)
         numbers = np.array([_number(cell, self.decimal) for cell in cells])
         wrong = np.flatnonzero(np.isinf(numbers))
         if wrong.size:
@@ -110,10 +99,46 @@ class TextTable:
                 f"{self.path}: line {self.line_numbers[first]}, column {self.names[column]}: "
                 f"found '{cells[first][:40]}', expected a number"
             )
+        if np.isnan(numbers[-1:]).any() and not self.ends_in_line_break:
+            raise RecordingError(
+                f"{self.path}: the last line has an empty cell and no line break (cut off?)"
+            )
         return numbers
 
+    def seconds(self, column: int) -> tuple[FloatArray, tuple[str, ...]] | None:
+        """Return a column of dates and times as seconds from the first.
 
-def read_table(path: Path) -> TextTable:
+        Parameters
+        ----------
+        column : int
+            From 0.
+
+        Returns
+        -------
+        tuple of ndarray and tuple of str, or None
+            Seconds and a note; None for a column of numbers.
+
+        Raises
+        ------
+        RecordingError
+            If a cell is no date and time of ISO 8601.
+        """
+        cells = self._cells(column)
+        if sum(":" in cell for cell in cells) <= len(cells) // 2:
+            return None
+        stamps = pd.to_datetime(pd.Series(cells), format="ISO8601", utc=True, errors="coerce")
+        wrong = np.flatnonzero(stamps.isna().to_numpy())
+        if wrong.size:
+            first = int(wrong[0])
+            raise RecordingError(
+                f"{self.path}: line {self.line_numbers[first]}, column {self.names[column]}: "
+                f"found '{cells[first][:40]}', expected a date and time"
+            )
+        seconds = (stamps - stamps.iloc[0]).dt.total_seconds()
+        return np.asarray(seconds, dtype=np.float64), (f"times count from {cells[0]}",)
+
+
+def read_table(path: Path, content: bytes | None = None) -> TextTable:
     """Read a table with a header line from a text file in any common dialect.
 
     Parameters
@@ -123,6 +148,9 @@ def read_table(path: Path) -> TextTable:
         separated by commas, semicolons, tabs, bars or blanks; decimal point or comma, groups of
         thousands or none; quoted or not. Before the header there may be comment lines and a
         ``sep=`` line, below it a row of units; lines may begin with an index or end in a separator.
+
+    content : bytes, optional
+        What is in the file, if it was read already; `path` then only names it.
 
     Returns
     -------
@@ -135,7 +163,8 @@ def read_table(path: Path) -> TextTable:
         If the file is not text or has no header above a table, or a line does not have as many
         cells as the others; one line that names file and place.
     """
-    text, notes = _decoded(regular_file(path))
+    data = regular_file(path).read_bytes() if content is None else content
+    text, notes = _decoded(path, data)
     lines = [
         (number, line)
         for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1)
@@ -178,8 +207,7 @@ def read_table(path: Path) -> TextTable:
     )
 
 
-def _decoded(path: Path) -> tuple[str, list[str]]:
-    data = path.read_bytes()
+def _decoded(path: Path, data: bytes) -> tuple[str, list[str]]:
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         encoding = "utf-16"
     elif data[1:200:2].count(0) > 40 and not data[0:200:2].count(0):

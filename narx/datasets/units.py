@@ -1,5 +1,6 @@
 """Units as files write them, and what turns a number into SI."""
 
+import re
 from typing import Literal
 
 import numpy as np
@@ -48,7 +49,7 @@ def factor_to_si(quantity: Quantity, unit: str) -> float | None:
     float or None
         To s, rad/s or m/s^2; None for an unknown unit.
     """
-    bare = unit.strip().strip("[]()").strip().casefold()
+    bare = _without_brackets(unit).casefold()
     for factor, spellings in _SPELLINGS[quantity].items():
         if bare in spellings:
             return factor
@@ -84,6 +85,11 @@ def is_unit(text: str) -> bool:
     bool
         True for a unit of any quantity, and for ``-`` or nothing where there is none.
     """
-    if text.strip().strip("[]()").strip() in ("", "-", "1", "n/a"):
+    if _without_brackets(text) in ("", "-", "1", "n/a"):
         return True
     return any(factor_to_si(quantity, text) is not None for quantity in _SPELLINGS)
+
+
+def _without_brackets(text: str) -> str:
+    enclosed = re.fullmatch(r"\[(.*)\]|\((.*)\)", text.strip())
+    return (enclosed[1] or enclosed[2] or "" if enclosed else text).strip()

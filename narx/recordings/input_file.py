@@ -40,10 +40,10 @@ def regular_file(path: str | os.PathLike[str]) -> Path:
         raise RecordingError(f"{file}: cannot be opened ({reason})") from None
     if not stat.S_ISREG(status.st_mode):
         raise RecordingError(f"{file}: is {_kind(status.st_mode)}, expected a file")
-    limit_mib = _limit_mib()
-    if status.st_size > limit_mib * 2**20:
+    limit = limit_mib()
+    if status.st_size > limit * 2**20:
         raise RecordingError(
-            f"{file}: {status.st_size / 2**20:.0f} MiB, more than the limit of {limit_mib:g} MiB; "
+            f"{file}: {status.st_size / 2**20:.0f} MiB, more than the limit of {limit:g} MiB; "
             f"set the environment variable {LIMIT_VARIABLE} to read it all the same"
         )
     return file
@@ -57,7 +57,19 @@ def _kind(mode: int) -> str:
     return "a socket" if stat.S_ISSOCK(mode) else "a device"
 
 
-def _limit_mib() -> float:
+def limit_mib() -> float:
+    """Tell how much a single file may ask for.
+
+    Returns
+    -------
+    float
+        MiB.
+
+    Raises
+    ------
+    UserError
+        If the environment variable is no positive number.
+    """
     value = os.environ.get(LIMIT_VARIABLE, str(_LIMIT_MIB))
     try:
         limit = float(value)

@@ -54,6 +54,32 @@ def at_gyroscope_times(recording: ImuRecording) -> ImuRecording:
     )
 
 
+def union_of_rows(
+    recording: ImuRecording, time_s: FloatArray, accelerometer_m_s2: FloatArray
+) -> ImuRecording:
+    """Add the samples of an accelerometer that has a clock of its own.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        With the gyroscope.
+    time_s : ndarray, shape (M,)
+        The accelerometer's sampling times on the same clock, increasing, s.
+    accelerometer_m_s2 : ndarray, shape (M, 3)
+        Its samples.
+
+    Returns
+    -------
+    ImuRecording
+        A row for every time of either; the sensor without a sample there is NaN.
+    """
+    time = np.union1d(recording.time_s, time_s)
+    gyroscope, force = np.full((2, len(time), 3), np.nan)
+    gyroscope[np.searchsorted(time, recording.time_s)] = recording.gyroscope_rad_s
+    force[np.searchsorted(time, time_s)] = accelerometer_m_s2
+    return replace(recording, time_s=time, gyroscope_rad_s=gyroscope, accelerometer_m_s2=force)
+
+
 def _rate_hz(time_s: FloatArray) -> float:
     return float(1.0 / np.median(np.diff(time_s))) if len(time_s) > 1 else np.nan
 

@@ -1,0 +1,156 @@
+"""Named columns of numbers that are not text: Parquet, and arrays in a MATLAB file."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from narx.datasets.layout import AXES
+from narx.datasets.mat_file import read_mat
+from narx.errors import RecordingError
+from narx.recordings.input_file import regular_file
+from narx.types import FloatArray
+
+
+class ArrayTable:
+    """Columns under their names, each read when it is asked for.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file, for messages.
+    names : tuple of str
+        A name per column.
+    read : callable
+        Gives a column by its number.
+    """
+
+    units: None = None
+    notes: tuple[str, ...] = ()
+    comments: tuple[str, ...] = ()
+
+    def __init__(
+        self, path: Path, names: tuple[str, ...], read: Callable[[int], pd.Series]
+    ) -> None:
+        self.path = path
+        self.names = names
+        self._read = read
+
+    def numbers(self, column: int) -> FloatArray:
+        """Return a column of numbers.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            NaN where missing.
+
+        Raises
+        ------
+        RecordingError
+            If it holds something else.
+        """
+        try:
+            return np.asarray(self._read(column), dtype=np.float64)
+        except (TypeError, ValueError):
+            raise RecordingError(
+                f"{self.path}: column {self.names[column]} does not hold numbers"
+            ) from None
+
+    def seconds(self, column: int) -> tuple[FloatArray, tuple[str, ...]] | None:
+        """Return a column of dates and times as seconds from the first.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+
+        Returns
+        -------
+        tuple of ndarray and tuple of str, or None
+            Seconds and a note; None for a column of numbers.
+        """
+        values = self._read(column)
+        if not pd.api.types.is_datetime64_any_dtype(values):
+            return None
+        begin = values.iloc[0]
+        seconds = (values - begin).dt.total_seconds()
+        return np.asarray(seconds, dtype=np.float64), (f"times count from {begin.isoformat()}",)
+
+
+def read_parquet(path: Path) -> ArrayTable:
+    """Open a Parquet file; columns are read one by one.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+
+    Returns
+    -------
+    ArrayTable
+        Its columns.
+
+    Raises
+    ------
+    RecordingError
+        If it is no whole Parquet file.
+    """
+    import pyarrow
+    import pyarrow.parquet
+
+    try:
+        names = tuple(pyarrow.parquet.read_schema(regular_file(path)).names)
+    except (pyarrow.ArrowException, OSError) as error:
+        line = str(error).strip().splitlines()[0]
+        raise RecordingError(f"{path}: not a whole Parquet file ({line})") from None
+
+    def column(k: int) -> pd.Series:
+        try:
+            return pd.read_parquet(path, columns=[names[k]])[names[k]]
+        except (pyarrow.ArrowException, OSError) as error:
+            line = str(error).strip().splitlines()[0]
+            raise RecordingError(f"{path}: column {names[k]} cannot be read ({line})") from None
+
+    return ArrayTable(path, names, column)
+
+
+def read_mat_table(path: Path) -> ArrayTable:
+    """Read the arrays of a MATLAB file as columns.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        MATLAB 5 file with vectors (``time_s``, ``gyroscope_x_rad_s``) or arrays of three columns
+        (``gyroscope_rad_s``), whose axes are then x, y, z.
+
+    Returns
+    -------
+    ArrayTable
+        An array of three columns appears as ``gyroscope_x_rad_s`` etc.
+
+    Raises
+    ------
+    RecordingError
+        If it is no whole MATLAB file, or arrays differ in length.
+    """
+    columns: dict[str, FloatArray] = {}
+    for name, value in read_mat(regular_file(path)).items():
+        if not isinstance(value, np.ndarray) or value.dtype.kind not in "iuf":
+            continue
+        if value.ndim == 1:
+            columns[name] = value
+        elif value.ndim == 2 and 3 in value.shape:
+            first, _, rest = name.partition("_")
+            for axis, one in zip(AXES, value.T if value.shape[1] == 3 else value, strict=True):
+                columns["_".join(part for part in (first, axis, rest) if part)] = one
+    lengths = {len(values) for values in columns.values() if len(values) > 1}
+    if len(lengths) > 1:
+        raise RecordingError(f"{path}: arrays of {' and '.join(map(str, sorted(lengths)))} samples")
+    names = tuple(name for name, values in columns.items() if len(values) in lengths)
+    return ArrayTable(path, names, lambda k: pd.Series(columns[names[k]]))

@@ -1,0 +1,100 @@
+"""A phone's export: a zip or folder with one file a sensor."""
+
+import zipfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from narx.datasets.device_layouts import shipped_layouts
+from narx.datasets.layout import Layout
+from narx.datasets.table_recording import Sensor, sensor_from
+from narx.datasets.text_dialect import read_table
+from narx.errors import RecordingError
+from narx.recordings.input_file import limit_mib, regular_file
+from narx.recordings.one_clock import at_gyroscope_times, union_of_rows
+from narx.recordings.trial import ImuRecording
+
+
+def read_bundle(path: Path, segment: str) -> ImuRecording:
+    """Read a recording whose sensors have a file each.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Zip file or folder as a phone app exports it.
+    segment : str
+        Segment that the phone sits on.
+
+    Returns
+    -------
+    ImuRecording
+        At the gyroscope's samples, the accelerometer interpolated to them; or the only table in
+        it, if that holds both.
+
+    Raises
+    ------
+    RecordingError
+        If no file in it is a gyroscope's.
+    """
+    contents = _contents(path)
+    for layout in shipped_layouts():
+        chosen = {
+            sensor: next((name for name in names if name in contents), None)
+            for sensor, names in layout.files.items()
+        }
+        gyroscope_file, accelerometer_file = chosen.get("gyroscope"), chosen.get("accelerometer")
+        if gyroscope_file is None:
+            continue
+        try:
+            gyroscope = _sensor(path, contents, gyroscope_file, layout, "gyroscope")
+        except RecordingError as error:
+            if "no column" in str(error):
+                continue
+            raise
+        notes = [f"{layout.name}: gyroscope from {gyroscope_file}", *gyroscope.notes]
+        missing = np.full_like(gyroscope.values, np.nan)
+        recording = ImuRecording(
+            segment, gyroscope.time_s, gyroscope.values, missing, notes=tuple(notes)
+        )
+        if accelerometer_file is None:
+            return recording
+        accelerometer = _sensor(path, contents, accelerometer_file, layout, "accelerometer")
+        return at_gyroscope_times(
+            union_of_rows(recording, accelerometer.time_s, accelerometer.values)
+        )
+    found = ", ".join(sorted(contents)[:20]) or "nothing"
+    raise RecordingError(f"{path}: no gyroscope's file of a known app in it; found {found}")
+
+
+def _contents(path: Path) -> dict[str, bytes | Path]:
+    """Text files by name; those of a zip are read at once, within the limit of one file."""
+    if path.is_dir():
+        return {one.name: one for one in path.iterdir() if one.suffix.lower() in (".csv", ".txt")}
+    try:
+        with zipfile.ZipFile(regular_file(path)) as archive:
+            members = [
+                m for m in archive.infolist() if m.filename.lower().endswith((".csv", ".txt"))
+            ]
+            size = sum(member.file_size for member in members)
+            if size > limit_mib() * 2**20:
+                raise RecordingError(
+                    f"{path}: {size / 2**20:.0f} MiB unpacked, more than the limit of "
+                    f"{limit_mib():g} MiB"
+                )
+            # a meta folder holds the device's description, no samples
+            return {
+                Path(member.filename).name: archive.read(member)
+                for member in members
+                if "meta/" not in member.filename
+            }
+    except (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError) as error:
+        raise RecordingError(f"{path}: not a whole zip file ({error})") from None
+
+
+def _sensor(
+    path: Path, contents: dict[str, bytes | Path], name: str, layout: Layout, sensor: str
+) -> Sensor:
+    content = contents[name]
+    table = read_table(content) if isinstance(content, Path) else read_table(path / name, content)
+    return sensor_from(table, layout, "gyroscope" if sensor == "gyroscope" else "accelerometer")

@@ -1,0 +1,165 @@
+"""Descriptions of devices from YAML: those that ship with the package, and a user's own."""
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError
+
+from narx.datasets.column_search import first_found
+from narx.datasets.layout import OWN, Columns, Layout
+from narx.errors import UserError
+from narx.recordings.input_file import regular_file
+
+_KEYS = {"time", "gyroscope", "accelerometer", "comment", "files"}
+_COLUMN_KEYS = {"names", "unit", "sign", "wraps"}
+
+
+def layout_from(description: Mapping[str, Any], name: str) -> Layout:
+    """Make a layout from a description.
+
+    Parameters
+    ----------
+    description : mapping
+        ``time``, ``gyroscope`` and, if there is one, ``accelerometer``: each a pattern, a list of
+        three names, a mapping with ``names``, ``unit``, ``sign`` and ``wraps``, or a list of such
+        mappings or patterns as alternatives. ``comment`` and ``files`` as of `Layout`.
+    name : str
+        Where it comes from, for messages.
+
+    Returns
+    -------
+    Layout
+        The same, checked.
+
+    Raises
+    ------
+    UserError
+        If a key is unknown or missing, or a value of the wrong kind.
+    """
+    unknown = set(description) - _KEYS
+    if unknown:
+        raise UserError(
+            f"{name}: '{sorted(map(str, unknown))[0]}' is unknown, expected "
+            f"{', '.join(sorted(_KEYS))}"
+        )
+    for key in ("time", "gyroscope"):
+        if not description.get(key):
+            raise UserError(f"{name}: no '{key}', expected the name of its columns")
+    files = description.get("files") or {}
+    return Layout(
+        name,
+        _alternatives(description["time"], f"{name}: time"),
+        _alternatives(description["gyroscope"], f"{name}: gyroscope"),
+        _alternatives(description.get("accelerometer") or [], f"{name}: accelerometer"),
+        description.get("comment"),
+        {sensor: tuple(names) for sensor, names in files.items()},
+    )
+
+
+def read_layout(path: Path) -> Layout:
+    """Read the description of a user's own device.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        YAML file.
+
+    Returns
+    -------
+    Layout
+        As `layout_from`.
+
+    Raises
+    ------
+    UserError
+        If it is not YAML, or not such a description.
+    """
+    try:
+        content = OmegaConf.to_container(OmegaConf.load(regular_file(path)))
+    except (YAMLError, OmegaConfBaseException, UnicodeDecodeError) as error:
+        line = str(error).strip().splitlines()[0]
+        raise UserError(f"{path}: not YAML ({line})") from None
+    if not isinstance(content, dict):
+        raise UserError(f"{path}: holds no mapping, expected time, gyroscope and accelerometer")
+    return layout_from({str(key): value for key, value in content.items()}, str(path))
+
+
+@cache
+def shipped_layouts() -> tuple[Layout, ...]:
+    """Return this package's own layout, then those of the devices that it describes.
+
+    Returns
+    -------
+    tuple of Layout
+        In the order in which they are tried.
+    """
+    folder = resources.files("narx.datasets.devices")
+    files = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
+    described = []
+    for file in files:
+        with resources.as_file(folder / file) as path:
+            content = OmegaConf.to_container(OmegaConf.load(path))
+        assert isinstance(content, dict)
+        described.append(
+            layout_from({str(k): v for k, v in content.items()}, file.removesuffix(".yaml"))
+        )
+    # a comment that must be there makes a description the more specific one
+    return (OWN, *sorted(described, key=lambda layout: layout.comment is None))
+
+
+def recognised(
+    names: Sequence[str], units: Sequence[str] | None, comments: str, where: str
+) -> Layout:
+    """Find the layout that a table has.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of its columns.
+    units : sequence of str, optional
+        Its units row.
+    comments : str
+        Lines above the header.
+    where : str
+        File, for messages.
+
+    Returns
+    -------
+    Layout
+        The first that fits; this package's own, if none does.
+    """
+    for layout in shipped_layouts():
+        if layout.comment is not None and not re.search(layout.comment, comments):
+            continue
+        time = first_found(layout.time, "time", names, units, where)
+        if time and first_found(layout.gyroscope, "gyroscope", names, units, where):
+            return layout
+    return OWN
+
+
+def _alternatives(value: object, where: str) -> tuple[Columns, ...]:
+    if isinstance(value, list) and not _is_triple(value):
+        return tuple(_columns(one, where) for one in value)
+    return (_columns(value, where),)
+
+
+def _is_triple(value: list[object]) -> bool:
+    plain = all(isinstance(one, str) and "{" not in one for one in value)
+    return len(value) == 3 and plain
+
+
+def _columns(value: object, where: str) -> Columns:
+    if isinstance(value, str | list):
+        return Columns(value)
+    if not isinstance(value, dict) or "names" not in value or set(value) - _COLUMN_KEYS:
+        raise UserError(
+            f"{where} is {value}, expected a pattern, three names, or a mapping with names and, "
+            "where needed, unit, sign, wraps"
+        )
+    return Columns(**value)

@@ -1,0 +1,1 @@
+"""Descriptions of devices, one YAML file each; see `narx.datasets.device_layouts`."""

@@ -1,0 +1,202 @@
+"""From a table with named columns to a sensor's samples, by a device's description."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+
+from narx.datasets.column_search import Found, first_found, require
+from narx.datasets.device_layouts import recognised
+from narx.datasets.layout import OWN, PACKETS, Layout
+from narx.errors import RecordingError
+from narx.recordings.one_clock import at_gyroscope_times
+from narx.recordings.stamps import checked_rate_hz, sampling_times
+from narx.recordings.trial import ImuRecording
+from narx.types import FloatArray
+
+
+class Table(Protocol):
+    """Named columns of a file, whatever its format."""
+
+    @property
+    def path(self) -> Path:
+        """The file, for messages."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """A name per column."""
+
+    @property
+    def units(self) -> tuple[str, ...] | None:
+        """Units of the columns, where the file has a row of them."""
+
+    @property
+    def comments(self) -> tuple[str, ...]:
+        """Lines above the header."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is out of the ordinary, for people."""
+
+    def numbers(self, column: int) -> FloatArray:
+        """Return a column of numbers.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            NaN where missing.
+        """
+
+    def seconds(self, column: int) -> tuple[FloatArray, tuple[str, ...]] | None:
+        """Return a column of dates and times as seconds from the first.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+
+        Returns
+        -------
+        tuple of ndarray and tuple of str, or None
+            Seconds and a note; None for a column of numbers.
+        """
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Samples of one sensor.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Increasing, s.
+    values : ndarray, shape (N, 3)
+        SI; NaN where missing.
+    notes : tuple of str
+        What was done, for people.
+    """
+
+    time_s: FloatArray
+    values: FloatArray
+    notes: tuple[str, ...]
+
+
+def sensor_from(
+    table: Table, layout: Layout, quantity: Literal["gyroscope", "accelerometer"]
+) -> Sensor:
+    """Read one sensor that has a table of its own.
+
+    Parameters
+    ----------
+    table : Table
+        Its file.
+    layout : Layout
+        What its columns are called.
+    quantity : {"gyroscope", "accelerometer"}
+        Which sensor.
+
+    Returns
+    -------
+    Sensor
+        Its samples.
+
+    Raises
+    ------
+    RecordingError
+        If a column is missing, or time does not increase.
+    """
+    where = str(table.path)
+    alternatives = layout.gyroscope if quantity == "gyroscope" else layout.accelerometer
+    found = require(alternatives, quantity, table.names, table.units, where)
+    stamps, notes = _stamps(table, layout)
+    values = _vectors(table, found)
+    times = sampling_times(stamps, values, where)
+    return Sensor(times.time_s, values[times.rows], (*table.notes, *notes, *times.notes))
+
+
+def recording_from(table: Table, layout: Layout | None, segment: str) -> ImuRecording:
+    """Read gyroscope and accelerometer from one table.
+
+    Parameters
+    ----------
+    table : Table
+        The file.
+    layout : Layout, optional
+        What its columns are called; None recognises it by their names.
+    segment : str
+        Segment that the sensor sits on.
+
+    Returns
+    -------
+    ImuRecording
+        In SI; the accelerometer is NaN throughout where there is none.
+
+    Raises
+    ------
+    RecordingError
+        If a column is missing or there twice, has no known unit or not the same unit as its
+        neighbours, a cell is not a number, or time does not increase.
+    """
+    where, names, units = str(table.path), table.names, table.units
+    if layout is None:
+        layout = recognised(names, units, "\n".join(table.comments), where)
+    device = () if layout is OWN else (f"columns as of {layout.name}",)
+    stamps, notes = _stamps(table, layout)
+    gyroscope = _vectors(table, require(layout.gyroscope, "gyroscope", names, units, where))
+    found = first_found(layout.accelerometer, "accelerometer", names, units, where)
+    if found is None and any(name.startswith("accelerometer_") for name in names):
+        found = require(layout.accelerometer, "accelerometer", names, units, where)
+    force = np.full_like(gyroscope, np.nan) if found is None else _vectors(table, found)
+    if len(stamps) == 0:
+        raise RecordingError(f"{where}: no data, expected samples")
+    times = sampling_times(stamps, np.hstack([gyroscope, force]), where)
+    return at_gyroscope_times(
+        ImuRecording(
+            segment,
+            times.time_s,
+            gyroscope[times.rows],
+            force[times.rows],
+            notes=(*device, *table.notes, *notes, *times.notes),
+        )
+    )
+
+
+def _vectors(table: Table, found: Found) -> FloatArray:
+    return np.column_stack(
+        [
+            table.numbers(index) * factor
+            for index, factor in zip(found.indices, found.factors, strict=True)
+        ]
+    )
+
+
+def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
+    """Stamps in s; calendar times count from the first, packets at the rate of a comment."""
+    where = str(table.path)
+    found = require(layout.time, "time", table.names, table.units, where)
+    column = found.indices[0]
+    calendar = table.seconds(column)
+    if calendar is not None:
+        return calendar
+    stamps = table.numbers(column)
+    if found.wraps is not None:
+        stamps = _unwrapped(stamps, found.wraps)
+    stamps = stamps * found.factors[0]
+    if layout.time[0].unit == PACKETS:
+        match = re.search(layout.comment or "", "\n".join(table.comments))
+        rate = checked_rate_hz(match[1] if match else None, f"{where}: rate in the comments")
+        stamps = (stamps - stamps[0]) / rate
+    return stamps, ()
+
+
+def _unwrapped(counter: FloatArray, wraps: int) -> FloatArray:
+    """Let a counter go on where it starts again at zero."""
+    steps = np.diff(counter)
+    return counter + np.r_[0.0, np.cumsum(steps < -0.5 * wraps)] * wraps

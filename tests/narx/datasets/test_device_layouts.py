@@ -1,0 +1,197 @@
+"""Exports of known devices, written here after their public descriptions, give the same samples."""
+
+import zipfile
+
+import numpy as np
+import pandas as pd
+import pytest
+import scipy.io
+
+from narx.datasets.csv_recording import read_recording
+from narx.datasets.device_layouts import layout_from, read_layout
+from narx.errors import RecordingError, UserError
+
+G = 9.80665
+
+
+@pytest.fixture(scope="module")
+def walk(device_walk):
+    return device_walk(60.0, 8.0)
+
+
+def _table(walk, time, gyroscope, accelerometer, scale=(1.0, 1.0), more=()):
+    columns = {time[0]: time[1], **{name: np.zeros(len(walk.time_s)) for name in more}}
+    columns |= dict(zip(gyroscope, walk.gyroscope_rad_s.T / scale[0], strict=True))
+    columns |= dict(zip(accelerometer, walk.accelerometer_m_s2.T / scale[1], strict=True))
+    return columns
+
+
+def _names(pattern, axes="xyz"):
+    return [pattern.format(axis) for axis in axes]
+
+
+def _movella_dot(walk, text_of):
+    time = (4294967296 - 3_000_000 + np.round(walk.time_s * 1e6)) % 4294967296
+    columns = _table(walk, ("SampleTimeFine", time), _names("Gyr_{}", "XYZ"),
+                     _names("Acc_{}", "XYZ"), (np.pi / 180, 1.0), ["PacketCounter"])  # fmt: skip
+    return "sep=,\nDeviceTag:,Xsens DOT\nFirmwareVersion:,2.0.0\n" + text_of(columns)
+
+
+def _mtw(walk, text_of):
+    counter = (65500 + np.arange(len(walk.time_s))) % 65536
+    columns = _table(walk, ("PacketCounter", counter), _names("Gyr_{}", "XYZ"),
+                     _names("Acc_{}", "XYZ"), more=["SampleTimeFine"])  # fmt: skip
+    columns["SampleTimeFine"] = np.full(len(counter), np.nan)
+    return "// Start Time: Unknown\n// Update Rate: 60.0Hz\n// Filter: human\n" + text_of(
+        columns, "\t"
+    )
+
+
+def _shimmer(walk, text_of):
+    columns = _table(walk, ("Shimmer_40AC_Timestamp_Unix_CAL", 1.7e12 + 1e3 * walk.time_s),
+                     _names("Shimmer_40AC_Gyro_{}_CAL", "XYZ"),
+                     _names("Shimmer_40AC_Accel_WR_{}_CAL", "XYZ"), (np.pi / 180, 1.0))  # fmt: skip
+    header, *lines = text_of(columns).splitlines()
+    units = "ms,deg/s,deg/s,deg/s,m/(s^2),m/(s^2),m/(s^2)"
+    return '"sep=,"\n' + "\n".join(f"{line}," for line in [header, units, *lines]) + "\n"
+
+
+def _phyphox(walk, text_of):
+    columns = _table(walk, ("Time (s)", walk.time_s), _names("Gyroscope {} (rad/s)"),
+                     _names("Acceleration {} (m/s^2)"), more=["Absolute (rad/s)"])  # fmt: skip
+    return text_of({f'"{name}"': values for name, values in columns.items()}, ";")
+
+
+DEVICES = {"movella_dot": _movella_dot, "xsens_mtw": _mtw, "shimmer": _shimmer,
+           "phyphox": _phyphox}  # fmt: skip
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_one_table_with_both_sensors(tmp_path, walk, text_of, device):
+    path = tmp_path / "export.csv"
+    path.write_text(DEVICES[device](walk, text_of))
+    recording = read_recording(path)
+    assert f"columns as of {device}" in recording.notes
+    time = recording.time_s - recording.time_s[0]
+    np.testing.assert_allclose(time, walk.time_s, atol=1e-3)
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-5)
+    np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-5)
+
+
+@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize("app", ["phyphox", "sensor_logger"])
+def test_one_file_a_sensor(tmp_path, device_walk, text_of, app, packed):
+    gyroscope = device_walk(60.0, 8.0)
+    force = device_walk(time_s=np.arange(400) / 50.0 + 0.004)
+    files = {}
+    if app == "phyphox":
+        for walk, file, name, values in (
+            (gyroscope, "Gyroscope.csv", "Gyroscope {} (rad/s)", gyroscope.gyroscope_rad_s),
+            (force, "Accelerometer.csv", "Acceleration {} (m/s^2)", force.accelerometer_m_s2),
+        ):
+            columns = {'"Time (s)"': walk.time_s}
+            columns |= {f'"{n}"': v for n, v in zip(_names(name), values.T, strict=True)}
+            files[file] = text_of(columns)
+    else:
+        for walk, name, values in (
+            (gyroscope, "Gyroscope.csv", gyroscope.gyroscope_rad_s),
+            (force, "TotalAcceleration.csv", force.accelerometer_m_s2),
+            (force, "Accelerometer.csv", 0 * force.accelerometer_m_s2),
+        ):
+            columns = {"time": walk.time_s + 1.7e9, "seconds_elapsed": walk.time_s}
+            columns |= dict(zip("zyx", values.T[::-1], strict=True))
+            files[name] = text_of(columns)
+    path = tmp_path / "export"
+    if packed:
+        path = tmp_path / "export.zip"
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, text in files.items():
+                archive.writestr(f"2026-05-01/{name}", text)
+            archive.writestr("meta/device.csv", "property,value\n")
+    else:
+        path.mkdir()
+        for name, text in files.items():
+            (path / name).write_text(text)
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.gyroscope_rad_s, gyroscope.gyroscope_rad_s, atol=1e-5)
+    there = np.isfinite(recording.accelerometer_m_s2).all(axis=1)
+    assert there.mean() > 0.98
+    np.testing.assert_allclose(
+        recording.accelerometer_m_s2[there], gyroscope.accelerometer_m_s2[there], atol=0.1
+    )
+    assert f"{app}: gyroscope from Gyroscope.csv" in recording.notes
+
+
+@pytest.mark.parametrize("dates", [False, True])
+def test_parquet(tmp_path, walk, dates):
+    table = pd.DataFrame(walk.columns(accelerometer=True)).assign(comment="x")
+    if dates:
+        table["time_s"] = pd.Timestamp("2026-05-01") + pd.to_timedelta(table["time_s"], unit="s")
+    table.to_parquet(tmp_path / "walk.parquet")
+    recording = read_recording(tmp_path / "walk.parquet")
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-8)
+    np.testing.assert_array_equal(recording.gyroscope_rad_s, walk.gyroscope_rad_s)
+    np.testing.assert_array_equal(recording.accelerometer_m_s2, walk.accelerometer_m_s2)
+
+
+def test_arrays_of_a_matlab_file(tmp_path, walk):
+    scipy.io.savemat(tmp_path / "walk.mat", {
+        "time_s": walk.time_s, "gyroscope_deg_s": np.degrees(walk.gyroscope_rad_s),
+        "accelerometer_g": walk.accelerometer_m_s2.T / G, "subject": "S1", "rate": 60.0,
+    })  # fmt: skip
+    recording = read_recording(tmp_path / "walk.mat")
+    np.testing.assert_allclose(recording.time_s, walk.time_s)
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-12)
+    np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-12)
+
+
+def test_a_description_of_ones_own(tmp_path, walk, text_of):
+    columns = _table(walk, ("t", 1e3 * walk.time_s), ["wx", "wy", "wz"], ["ax", "ay", "az"],
+                     (np.pi / 180, -G))  # fmt: skip
+    (tmp_path / "own.csv").write_text(text_of(columns, digits=7))
+    (tmp_path / "device.yaml").write_text(
+        "time: {names: t, unit: ms}\n"
+        "gyroscope: {names: [wx, wy, wz], unit: deg/s}\n"
+        'accelerometer: {names: "a{axis}", unit: g, sign: -1}\n'
+    )
+    recording = read_recording(tmp_path / "own.csv", layout=read_layout(tmp_path / "device.yaml"))
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-6)
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-6)
+    np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("description", "message"),
+    [
+        ({"time": "t"}, "d: no 'gyroscope'"),
+        ({"time": "t", "gyroscope": "g{axis}", "magnet": "m"}, "d: 'magnet' is unknown"),
+        ({"time": "t", "gyroscope": {"name": "g"}}, "d: gyroscope is .*, expected a pattern"),
+        ({"time": "t", "gyroscope": {"names": "g{axis}", "sign": 2}}, "sign is 2, expected 1 or"),
+        ({"time": 3, "gyroscope": "g"}, "d: time is 3, expected a pattern"),
+        ({"time": "t", "gyroscope": {"names": 3}}, "names are"),
+    ],
+)
+def test_wrong_descriptions_are_one_line(description, message):
+    with pytest.raises(UserError, match=message) as caught:
+        layout_from(description, "d")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["x.parquet", "x.zip", "x.mat"])
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04nothing", b"PAR1" + b"\0" * 40 + b"PAR1"])
+def test_damaged_containers_are_one_line(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(RecordingError, match=f"{name}: ") as caught:
+        read_recording(tmp_path / name)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_zip_that_unpacks_to_more_than_the_limit_is_refused(tmp_path, monkeypatch):
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("Gyroscope.csv", "0" * 2**22)
+    monkeypatch.setenv("NARX_MAX_FILE_MIB", "1")
+    with pytest.raises(RecordingError, match="4 MiB unpacked, more than the limit of 1 MiB"):
+        read_recording(tmp_path / "bomb.zip")
+    monkeypatch.undo()
+    with pytest.raises(RecordingError, match=r"no header line|no data|no column|no gyroscope"):
+        read_recording(tmp_path / "bomb.zip")
