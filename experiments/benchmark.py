@@ -6,7 +6,6 @@ python -m experiments.benchmark data=smartphone_pocket data_root=DIR split=leave
 import time
 from collections.abc import Mapping
 
-import numpy as np
 import pandas as pd
 from hydra.utils import instantiate
 from omegaconf import DictConfig
@@ -62,10 +61,9 @@ def run(
         If nothing in the data can be scored.
     """
     if report is None:
-        report = instantiate(cfg.report)
-    rng = np.random.default_rng(cfg.seed)
+        report = instantiate(cfg.report, _convert_="all")
     sources = open_sources(cfg)
-    folds = list(instantiate(cfg.split)(combined_index(sources), rng))
+    folds = list(instantiate(cfg.split, _convert_="all")(combined_index(sources)))
     classical = _classical_methods(cfg)
     gathered = Gathered(pd.DataFrame())
     all_rows = []
@@ -82,7 +80,7 @@ def run(
     for fold in folds:
         methods = dict(classical)
         if NETWORK_METHODS & set(cfg.methods):
-            methods = _with_network(cfg, sources, fold, rng, log, gathered) | methods
+            methods = _with_network(cfg, sources, fold, log, gathered) | methods
         for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
             evaluated, refusals = evaluate_trial(
@@ -126,16 +124,15 @@ def _with_network(
     cfg: DictConfig,
     sources: Mapping[str, TrialSource],
     fold: Fold,
-    rng: np.random.Generator,
     log: TensorBoardLog | None,
     gathered: Gathered,
 ) -> dict[str, OrientationMethod]:
     begun = time.perf_counter()
     if log is None:
-        network = network_of(cfg, sources, fold, rng, lambda iteration, numbers: None)
+        network = network_of(cfg, sources, fold, lambda iteration, numbers: None)
     else:
         with log.of_fold(_file_name(fold.name)) as fold_log:
-            network = network_of(cfg, sources, fold, rng, fold_log.iteration)
+            network = network_of(cfg, sources, fold, fold_log.iteration)
     gathered.workload.training_s += time.perf_counter() - begun
     gathered.networks[fold.name] = network
     return {
@@ -153,7 +150,7 @@ def _classical_methods(cfg: DictConfig) -> dict[str, OrientationMethod]:
         if name not in cfg.method:
             known = ", ".join([*sorted(NETWORK_METHODS), *sorted(cfg.method)])
             raise UserError(f"methods: no method is named '{name}', expected some of {known}")
-        methods[name] = instantiate(cfg.method[name])
+        methods[name] = instantiate(cfg.method[name], _convert_="all")
     return methods
 
 
@@ -161,7 +158,7 @@ def _benchmark(cfg: DictConfig) -> None:
     """Run a benchmark and leave its results, summary and figures in the run directory."""
     seed_everything(cfg.seed)
     directory = run_directory()
-    report = instantiate(cfg.report)
+    report = instantiate(cfg.report, _convert_="all")
     with TensorBoardLog(directory / "tensorboard") as log:
         gathered = run(cfg, log, report)
         write_results(gathered.results, directory / "results.csv")

@@ -1,12 +1,9 @@
 """What every command shares: how it is called, how its run is kept, and how it ends."""
 
 import contextlib
-import cProfile
 import errno
 import functools
 import os
-import pstats
-import re
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -19,7 +16,7 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from narx.errors import UserError, user_error_behind
-from narx.experiments import menu
+from narx.experiments.configuration import checked_configuration, composition_mistake
 from narx.experiments.overrides import readable
 from narx.experiments.runs.folder import claimed
 from narx.experiments.runs.identity import register_resolvers
@@ -31,21 +28,12 @@ CONFIG_PATH = "pkg://narx.configs"
 _REFUSED = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
 # as a shell reports a process that Ctrl-C has ended
 INTERRUPTED_STATUS = 130
-# of a profile, the slowest
-_FUNCTIONS_SHOWN = 30
 
 register_resolvers()
-menu.register_resolvers()
-
-
-def _one_line(error: BaseException) -> str:
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    # Hydra and OmegaConf list the location or the options on lines of their own
-    return re.sub(r"\s+", " ", "; ".join(lines))
 
 
 @contextlib.contextmanager
-def _mistakes_end_with_one_line() -> Iterator[None]:
+def _mistakes_end_with_one_line(config_name: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
@@ -53,7 +41,7 @@ def _mistakes_end_with_one_line() -> Iterator[None]:
         if mistake is not None:
             sys.exit(_report(str(mistake)))
         if isinstance(error, HydraException | OmegaConfBaseException):
-            sys.exit(_report(_one_line(error)))
+            sys.exit(_report(composition_mistake(error, config_name, sys.argv[1:])))
         if isinstance(error, OSError) and error.errno in _REFUSED:
             sys.exit(_report(_about_writing(error)))
         raise
@@ -108,10 +96,12 @@ def command(
             nonlocal started
             started = True
             if in_sweep() and keeps_run:
-                return _kept(function, cfg)  # what fails goes to the launcher, as an exception
+                # what fails goes to the launcher, as an exception
+                return _kept(function, checked_configuration(cfg, config_name))
             # within the job, since Hydra adds a line of its own to what leaves it as an exception
-            with _mistakes_end_with_one_line():
-                return _kept(function, cfg) if keeps_run else function(cfg)
+            with _mistakes_end_with_one_line(config_name):
+                checked = checked_configuration(cfg, config_name)
+                return _kept(function, checked) if keeps_run else function(checked)
 
         task = hydra.main(version_base="1.3", config_path=CONFIG_PATH, config_name=config_name)(job)
 
@@ -120,9 +110,11 @@ def command(
             # lets Hydra raise instead of printing and exiting with 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
             sys.argv[1:] = readable(sys.argv[1:])
+            nonlocal started
+            started = False
             SweepReport.current = None
             try:
-                with _mistakes_end_with_one_line():
+                with _mistakes_end_with_one_line(config_name):
                     if not keeps_run and {"-m", "--multirun"} & set(sys.argv):
                         raise UserError(
                             f"{config_name} -m: a call writes one file, expected a call a file"
@@ -135,6 +127,8 @@ def command(
                     sys.exit(_report(_about_writing(error)))
                 # Optuna, for one, finds no best trial where all have failed
                 status = 0 if SweepReport.current is None else SweepReport.current.report()
+                if status == 0 and not started:  # Hydra's parts raise whatever they raise
+                    status = _report(composition_mistake(error, config_name, sys.argv[1:]))
                 if status == 0:
                     raise
                 sys.exit(status)
@@ -152,21 +146,13 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
             print(f"{folder}: finished before, left as it is")
             return run.record.get("value")
         try:
-            value = _profiled(function, cfg, folder) if cfg.get("profile") else function(cfg)
+            value = function(cfg)
         except KeyboardInterrupt:
             if not in_sweep():
                 _print_interrupted(f"the same command with hydra.run.dir={folder} goes on")
                 sys.exit(INTERRUPTED_STATUS)
             raise
         run.end("finished", value=value)
-    return value
-
-
-def _profiled(function: Callable[[DictConfig], object], cfg: DictConfig, folder: Path) -> object:
-    profile = cProfile.Profile()
-    value = profile.runcall(function, cfg)
-    profile.dump_stats(folder / "profile.pstats")
-    pstats.Stats(profile).sort_stats("cumulative").print_stats(_FUNCTIONS_SHOWN)
     return value
 
 

@@ -181,13 +181,13 @@ def _error_budget(cfg: DictConfig) -> None:
     for name, variant in tqdm(cfg.variants.items(), desc="variants", disable=None):
         for seed in cfg.seeds:
             source = SimulatedGait(
-                subjects=list(cfg.subjects),
+                subjects=tuple(cfg.subjects),
                 treadmill_duration_s=cfg.duration_s,
                 sampling_rate_hz=cfg.sampling_rate_hz,
-                without=list(variant.get("without", [])),
+                without=tuple(variant.without),
                 seed=seed,
             )
-            mode = variant.get("calibration", "auto")
+            mode = variant.calibration
             rows += [
                 {"variant": name} | row for row in knee_errors(source, mode, method, cfg.skip_s)
             ]

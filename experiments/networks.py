@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from hydra.utils import instantiate
@@ -12,12 +11,11 @@ from omegaconf import DictConfig, OmegaConf
 from narx.datasets.base import TrialSource
 from narx.datasets.splits import Fold
 from narx.errors import UserError
+from narx.experiments.model import ModelSettings
 from narx.inference import checkpoint as checkpoints
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.pretrained import pretrained
-from narx.inference.start_up import StartUp
-from narx.training.design import NetworkDesign
-from narx.training.objective import Log, Objective
+from narx.training.objective import Log
 from narx.training.trainer import Trainer
 from narx.training.trial_reader import TrialReader
 
@@ -26,7 +24,6 @@ def network_of(
     cfg: DictConfig,
     sources: Mapping[str, TrialSource],
     fold: Fold,
-    rng: np.random.Generator,
     log: Log,
 ) -> Checkpoint:
     """Train, load, or take the shipped network for a fold.
@@ -39,8 +36,6 @@ def network_of(
         By name.
     fold : Fold
         What may be trained on.
-    rng : numpy.random.Generator
-        Starts of the training.
     log : callable
         Told how training goes.
 
@@ -55,7 +50,7 @@ def network_of(
         return pretrained()
     if cfg.get("candidates"):
         cfg = choose(cfg, sources, fold)
-    return train(cfg, sources, fold, rng, log)
+    return train(cfg, sources, fold, log)
 
 
 def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> DictConfig:
@@ -97,9 +92,7 @@ def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> D
                 (),
                 tuple(part for part in fold.training if part.key == key),
             )
-            # every candidate meets the same starts
-            rng = np.random.default_rng(cfg.seed)
-            network = train(candidate, sources, inner, rng, lambda iteration, numbers: None)
+            network = train(candidate, sources, inner, lambda iteration, numbers: None)
             errors.append(network.history["report"]["restarts"]["validation_rmse_best_deg"])
         if best is None or float(np.mean(errors)) < best[0]:
             best = float(np.mean(errors)), candidate
@@ -111,7 +104,6 @@ def train(
     cfg: DictConfig,
     sources: Mapping[str, TrialSource],
     fold: Fold,
-    rng: np.random.Generator,
     log: Log,
 ) -> Checkpoint:
     """Train a network on the training part of a fold.
@@ -124,8 +116,6 @@ def train(
         By name.
     fold : Fold
         What may be trained on.
-    rng : numpy.random.Generator
-        Starts of the training.
     log : callable
         Told how training goes.
 
@@ -139,7 +129,7 @@ def train(
     UserError
         If there is nothing to train on.
     """
-    network = trainer(cfg, rng).fit_fold(sources, fold, log)
+    network = trainer(cfg).fit_fold(sources, fold, log)
     config = OmegaConf.to_container(cfg, resolve=True)
     assert isinstance(config, dict)
     # where recordings lie does not matter to those who get the network
@@ -147,41 +137,35 @@ def train(
     return replace(network, history=network.history | {"config": config})
 
 
-def trainer(cfg: DictConfig, rng: np.random.Generator) -> Trainer:
+def trainer(cfg: DictConfig) -> Trainer:
     """Make the trainer that a configuration describes.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
         Holds `model`, `optimizer`, `teacher`, `calibration`, `training`.
-    rng : numpy.random.Generator
-        Starts of the training.
 
     Returns
     -------
     Trainer
         Ready to fit.
     """
-    settings: dict[str, Any] = {str(key): value for key, value in cfg.model.items()}
-    objective = dict(settings.pop("objective"))
-    objective["axis_weights"] = tuple(objective["axis_weights"])
-    start_up = StartUp(**settings.pop("start_up"))
-    axis_scaling, washout_s = settings.pop("axis_scaling"), settings.pop("washout_s")
+    model: ModelSettings = instantiate(cfg.model, _convert_="all")
     segments = cfg.training.segments
     return Trainer(
-        NetworkDesign(**settings),
-        Objective(**objective),
-        instantiate(cfg.optimizer),
+        model,
+        model.objective,
+        instantiate(cfg.optimizer, _convert_="all"),
         TrialReader(
-            instantiate(cfg.teacher),
+            instantiate(cfg.teacher, _convert_="all"),
             cfg.calibration,
             cfg.training.skip_s,
             None if segments is None else tuple(segments),
             dict(cfg.training.weights),
         ),
-        start_up,
-        axis_scaling,
-        washout_s,
+        model.start_up,
+        model.axis_scaling,
+        model.washout_s,
         cfg.training.held_back,
-        rng,
+        cfg.training.seed,
     )

@@ -1,7 +1,6 @@
 """The words on the command line, made into what Hydra's grammar takes.
 
-File names may hold letters, blanks, commas and brackets that Hydra reads as syntax; yes and no are
-strings to it, and a string is true.
+File names may hold letters, blanks, commas and brackets that Hydra reads as syntax.
 """
 
 import re
@@ -10,16 +9,14 @@ from collections.abc import Iterable
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-_WORDS = {"yes": "true", "on": "true", "no": "false", "off": "false"}
-# what is named by the user, where "off" may be a condition and a comma part of a file's name
-_NAMES = ("select.",)
+# where a comma is part of a name
 _FILES = ("input", "output", "checkpoint", "data_root", "still_file")
 _OPENING = ("'", '"', "[", "{", "$")
 _ELEMENT = re.compile(r"(?<=[:\[,])\s*([^\s\[\]{},:'\"][^\[\]{},'\"]*)")
 
 
 def readable(arguments: Iterable[str]) -> list[str]:
-    """Quote file names and spell out yes and no.
+    """Quote file names.
 
     Parameters
     ----------
@@ -29,8 +26,8 @@ def readable(arguments: Iterable[str]) -> list[str]:
     Returns
     -------
     list of str
-        ``remove_bias=no`` as ``remove_bias=false``; a value that Hydra's grammar does not take,
-        and a file name with a comma, in quotes; all others as they are.
+        A value that Hydra's grammar does not take, and a file name with a comma, in quotes; all
+        others as they are.
     """
     return [_readable(argument) for argument in arguments]
 
@@ -39,8 +36,6 @@ def _readable(argument: str) -> str:
     key, equals, value = argument.partition("=")
     if not equals or argument.startswith("-") or not value:
         return argument
-    if value.lower() in _WORDS and key not in _FILES and not key.startswith(_NAMES):
-        return f"{key}={_WORDS[value.lower()]}"
     if value.startswith(("[", "{")):
         return argument if _is_grammar(argument) else f"{key}={_ELEMENT.sub(_quoted_match, value)}"
     if value.startswith(_OPENING):
@@ -53,7 +48,8 @@ def _readable(argument: str) -> str:
 def _is_grammar(argument: str) -> bool:
     try:
         OverridesParser.create().parse_override(argument)
-    except HydraException:
+    except (HydraException, ValueError, RecursionError):
+        # a number of thousands of digits, brackets within thousands of brackets
         return False
     return True
 

@@ -42,11 +42,12 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
     if root is not None and not root.is_dir():
         raise UserError(f"data_root: no folder '{root}'; give one that holds a folder per source")
     sources: dict[str, TrialSource] = {}
-    for name, constructor in cfg.data.items():
+    for name, constructor in _constructors(cfg).items():
         overrides = {}
         if root is not None and "root" in constructor and constructor.root is None:
             overrides["root"] = str(root / str(name))
-        source = _prepared(cfg, str(name), constructor, instantiate(constructor, **overrides))
+        made = instantiate(constructor, _convert_="all", **overrides)
+        source = _prepared(cfg, name, constructor, made)
         selection = OmegaConf.to_container(cfg.select) if cfg.get("select") else {}
         assert isinstance(selection, Mapping)
         wanted = {str(key): value for key, value in selection.items() if value is not None}
@@ -71,6 +72,11 @@ def _prepared(
     return PreparedSource(source, f"{settings}\0{recordings}", store)
 
 
+def _constructors(cfg: DictConfig) -> dict[str, DictConfig]:
+    """Sections of sources, without the seed beside them."""
+    return {str(k): v for k, v in cfg.get("data", {}).items() if isinstance(v, DictConfig)}
+
+
 def data_sha256(cfg: DictConfig) -> dict[str, str]:
     """Digest the recordings that a run may read.
 
@@ -86,9 +92,9 @@ def data_sha256(cfg: DictConfig) -> dict[str, str]:
         is simulated, or not downloaded yet, is left out.
     """
     return {
-        str(name): digest
-        for name, constructor in cfg.get("data", {}).items()
-        if (digest := _recordings_sha256(cfg, str(name), constructor)) is not None
+        name: digest
+        for name, constructor in _constructors(cfg).items()
+        if (digest := _recordings_sha256(cfg, name, constructor)) is not None
     }
 
 

@@ -5,7 +5,6 @@ Data 6(7):72, 2021; the files are ``data_mat/`` of https://github.com/dlaidig/br
 """
 
 import re
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +16,7 @@ from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.tracked_sensor import RawSensor, align_sensors
 from narx.errors import RecordingError
 from narx.recordings.trial import Trial
+from narx.settings import FilePath, SamplingRate, checked
 
 _SEGMENT = "imu"
 _FILE = re.compile(r"(?P<number>\d\d)_(?P<condition>.+)\.mat")
@@ -36,8 +36,9 @@ class Broad(TrialSource):
 
     name: ClassVar[str] = "broad"
 
+    @checked
     def __init__(
-        self, *, root: str | Path | None = None, sampling_rate_hz: float | None = None
+        self, *, root: FilePath | None = None, sampling_rate_hz: SamplingRate | None = None
     ) -> None:
         self._root = root
         self._sampling_rate_hz = sampling_rate_hz

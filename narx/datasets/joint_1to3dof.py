@@ -19,6 +19,7 @@ from narx.datasets.tracked_sensor import RawSensor, align_sensors
 from narx.errors import RecordingError
 from narx.recordings.rest import first_rest_s
 from narx.recordings.trial import Trial
+from narx.settings import FilePath, SamplingRate, checked
 from narx.types import FloatArray
 
 _SEGMENTS = ("imu1", "imu2")
@@ -40,8 +41,9 @@ class Joint1To3Dof(TrialSource):
 
     name: ClassVar[str] = "joint_1to3dof"
 
+    @checked
     def __init__(
-        self, *, root: str | Path | None = None, sampling_rate_hz: float | None = None
+        self, *, root: FilePath | None = None, sampling_rate_hz: SamplingRate | None = None
     ) -> None:
         self._root = root
         self._sampling_rate_hz = sampling_rate_hz

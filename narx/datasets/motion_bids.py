@@ -27,6 +27,7 @@ from narx.recordings.resampling import uniform_clock
 from narx.recordings.rest import first_rest_s
 from narx.recordings.stamps import checked_rate_hz
 from narx.recordings.trial import ImuRecording, ReferenceOrientation, Trial
+from narx.settings import FilePath, Name, SamplingRate, checked
 from narx.types import FloatArray
 
 _MAX_TILT_RAD = np.radians(15.0)
@@ -49,12 +50,13 @@ class MotionBids(TrialSource):
 
     name: ClassVar[str] = "motion_bids"
 
+    @checked
     def __init__(
         self,
         *,
-        root: str | Path | None = None,
-        sampling_rate_hz: float | None = None,
-        segments: Mapping[str, str] | None = None,
+        root: FilePath | None = None,
+        sampling_rate_hz: SamplingRate | None = None,
+        segments: dict[Name, Name] | None = None,
     ) -> None:
         self._root = root
         self._sampling_rate_hz = (

@@ -23,6 +23,7 @@ from narx.recordings.clock_alignment import estimate_clock_offset
 from narx.recordings.resampling import resample_quaternions, uniform_clock
 from narx.recordings.rest import first_rest_s
 from narx.recordings.trial import ReferenceOrientation, Trial
+from narx.settings import FilePath, SamplingRate, checked
 from narx.types import FloatArray
 
 _SENSORS = {
@@ -56,8 +57,9 @@ class NeuraSample(TrialSource):
 
     name: ClassVar[str] = "neura_sample"
 
+    @checked
     def __init__(
-        self, *, root: str | Path | None = None, sampling_rate_hz: float | None = None
+        self, *, root: FilePath | None = None, sampling_rate_hz: SamplingRate | None = None
     ) -> None:
         self._root = root
         self._sampling_rate_hz = float(sampling_rate_hz or _NATIVE_HZ)

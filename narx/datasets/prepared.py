@@ -24,8 +24,8 @@ T = TypeVar("T")
 
 # whatever a prepared trial depends on; tests/narx/datasets/test_prepared.py holds the list complete
 ROOMS = (
-    "errors.py", "files.py", "types.py", "method.py", "kernels", "kinematics", "recordings",
-    "simulation", "gait", "calibration", "datasets",
+    "errors.py", "files.py", "types.py", "method.py", "kernels", "settings", "kinematics",
+    "recordings", "simulation", "gait", "calibration", "datasets",
 )  # fmt: skip
 _NUMERICS = ("numpy", "scipy", "pandas", "numba")
 # a file under a temporary name that is older was left by a process that was killed

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,7 @@ from narx.datasets.base import TrialSource
 from narx.errors import UserError
 from narx.kinematics.rotations import compose
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
+from narx.settings import Count, Names, PositiveSeconds, SamplingRate, Seconds, Seed, checked
 from narx.simulation.body import TABLE_1, Body, body_of
 from narx.simulation.calculus import EDGE
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
@@ -20,7 +21,8 @@ from narx.simulation.inertial import angular_rate, specific_force
 from narx.simulation.markers import track
 from narx.simulation.random_numbers import stream
 from narx.simulation.sensor import measure, sensor_model
-from narx.simulation.session import ERROR_SOURCES, Session, draw_session, leave_out
+from narx.simulation.session import ErrorSource, Session, draw_session, leave_out
+from narx.simulation.size import check_size, longest_walk_s
 from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move
 from narx.simulation.true_motion import TrueMotion
 from narx.simulation.walker import WalkingPattern, walking_pattern
@@ -40,6 +42,8 @@ TREADMILL_RISE_S = 4.0
 
 # motion is computed at no less than this, whatever the sensors' rate
 _MOTION_RATE_HZ = 500.0
+
+Protocol = Literal["treadmill", "stand_walk_stand"]
 
 
 class SimulatedGait(TrialSource):
@@ -79,7 +83,7 @@ class SimulatedGait(TrialSource):
         No errors at all: exact sensors, no soft tissue, the bones' orientation as reference.
         The sensors stay where they are mounted.
     without : iterable of str, optional
-        Sources of error to leave out, all others as they were (`ERROR_SOURCES` of
+        Sources of error to leave out, all others as they were (`ErrorSource` of
         `narx.simulation.session`).
     seed : int, optional
         Every random number comes from it and the names of subject, condition and trial; no
@@ -93,64 +97,61 @@ class SimulatedGait(TrialSource):
 
     name: ClassVar[str] = "simulated_gait"
 
+    @checked
     def __init__(
         self,
         *,
-        subjects: Iterable[str] = tuple(TABLE_1),
-        protocol: str = "treadmill",
-        conditions: Iterable[str] | None = None,
-        trials_per_condition: int | None = None,
-        treadmill_duration_s: float = 300.0,
-        stand_s: tuple[float, float] = (3.0, 5.0),
-        steps: tuple[int, int] = (3, 5),
-        sampling_rate_hz: float = 500.0,
-        sensor: str = "physilog",
-        mounting: str = "random",
-        segments: Iterable[str] = LEGS,
+        subjects: Names = tuple(TABLE_1),
+        protocol: Protocol = "treadmill",
+        conditions: Names | None = None,
+        trials_per_condition: Count | None = None,
+        treadmill_duration_s: Seconds = 300.0,
+        stand_s: tuple[PositiveSeconds, PositiveSeconds] = (3.0, 5.0),
+        steps: tuple[Count, Count] = (3, 5),
+        sampling_rate_hz: SamplingRate = 500.0,
+        sensor: Literal["physilog", "mpu6150"] = "physilog",
+        mounting: Literal["random", "strapped"] = "random",
+        segments: Names = LEGS,
         ideal: bool = False,
-        without: Iterable[str] = (),
-        seed: int = 0,
+        without: tuple[ErrorSource, ...] = (),
+        seed: Seed = 0,
     ) -> None:
-        self.seed = int(seed)
+        self.seed = seed
         self.protocol = protocol
         speeds = {"treadmill": SPEEDS_KM_H, "stand_walk_stand": OVERGROUND_SPEED_KM_H}
-        _check_names("protocol", [protocol], speeds)
         self._speeds_km_h = speeds[protocol]
         self.conditions = tuple(self._speeds_km_h if conditions is None else conditions)
         _check_names("condition", self.conditions, self._speeds_km_h)
-        self.segments = tuple(segments)
+        self.segments = segments
         _check_names("segment", self.segments, SEGMENTS)
-        _check_names("mounting", [mounting], ("random", "strapped"))
         self.mounting = mounting
         self.sensor = sensor_model(sensor)
         if trials_per_condition is None:
             trials_per_condition = 1 if protocol == "treadmill" else 3
-        for key, value in {
-            "trials_per_condition": trials_per_condition,
-            "sampling_rate_hz": sampling_rate_hz,
-        }.items():
-            if not value > 0:
-                raise UserError(f"simulated_gait: {key}={value}, expected more than 0")
         if not treadmill_duration_s > TREADMILL_STAND_S + TREADMILL_RISE_S:
             raise UserError(
                 f"simulated_gait: treadmill_duration_s={treadmill_duration_s}, expected more than "
                 f"{TREADMILL_STAND_S + TREADMILL_RISE_S:g} (stand and start of the belt)"
             )
         for key, (least, most) in {"stand_s": stand_s, "steps": steps}.items():
-            if not 0 < least <= most:
+            if least > most:
                 raise UserError(
-                    f"simulated_gait: {key}=[{least}, {most}], expected [shortest, longest] above 0"
+                    f"simulated_gait: {key}=[{least:g}, {most:g}], expected [shortest, longest]"
                 )
-        if not self.segments:
-            raise UserError("simulated_gait: segments is empty, expected at least one")
-        self.trials_per_condition = int(trials_per_condition)
-        self.treadmill_duration_s = float(treadmill_duration_s)
-        self.stand_s = (float(stand_s[0]), float(stand_s[1]))
-        self.steps = (int(steps[0]), int(steps[1]))
-        self.sampling_rate_hz = float(sampling_rate_hz)
-        self.ideal = bool(ideal)
+        self.trials_per_condition = trials_per_condition
+        self.treadmill_duration_s = treadmill_duration_s
+        self.stand_s, self.steps = stand_s, steps
+        self.sampling_rate_hz = sampling_rate_hz
+        self.ideal = ideal
+        longest_s = (
+            treadmill_duration_s if protocol == "treadmill" else longest_walk_s(stand_s, steps)
+        )
+        check_size(
+            len(subjects) * len(self.conditions) * trials_per_condition,
+            longest_s,
+            max(sampling_rate_hz, _MOTION_RATE_HZ),
+        )
         self.without = frozenset(without)
-        _check_names("source of error", self.without, ERROR_SOURCES)
         for triad, source in {
             "gyroscope": "gyroscope_bias",
             "accelerometer": "accelerometer",

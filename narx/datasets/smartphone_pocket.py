@@ -21,6 +21,7 @@ from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError
 from narx.recordings.resampling import uniform_clock
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, Trial
+from narx.settings import FilePath, SamplingRate, checked
 from narx.types import FloatArray
 
 # beside the trials lie the still recordings, calib_gyr_<phone>
@@ -55,7 +56,10 @@ class SmartphonePocket(TrialSource):
 
     name: ClassVar[str] = "smartphone_pocket"
 
-    def __init__(self, *, root: str | Path | None = None, sampling_rate_hz: float = 100.0) -> None:
+    @checked
+    def __init__(
+        self, *, root: FilePath | None = None, sampling_rate_hz: SamplingRate = 100.0
+    ) -> None:
         self._root = root
         self._sampling_rate_hz = float(sampling_rate_hz)
 

@@ -10,6 +10,7 @@ from narx.calibration.calibrate import CalibratedSegment, Mode
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
 from narx.recordings.trial import Trial
+from narx.settings import Name, PositiveSeconds, Seconds, Seed, checked
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,9 @@ def _parts(
         )
 
 
+@checked
 def within_trial(
-    index: pd.DataFrame, rng: np.random.Generator, *, training_s: float = 30.0, skip_s: float = 5.0
+    index: pd.DataFrame, *, training_s: PositiveSeconds = 30.0, skip_s: Seconds = 5.0
 ) -> Iterator[Fold]:
     """Train on the beginning of each trial, test on the rest of the same trial.
 
@@ -85,8 +87,6 @@ def within_trial(
     ----------
     index : pandas.DataFrame
         Trials with columns source, subject, condition, trial.
-    rng : numpy.random.Generator
-        Not used; every split has the same signature.
     training_s : float
         Length of the training part in s.
     skip_s : float
@@ -104,17 +104,14 @@ def within_trial(
         yield Fold("/".join(training.key), (training,), (test,))
 
 
-def leave_one_out(
-    index: pd.DataFrame, rng: np.random.Generator, *, column: str = "subject"
-) -> Iterator[Fold]:
+@checked
+def leave_one_out(index: pd.DataFrame, *, column: Name = "subject") -> Iterator[Fold]:
     """Test on each subject (or device, or condition) with a network trained on all others.
 
     Parameters
     ----------
     index : pandas.DataFrame
         Trials with columns source, subject, condition, trial and `column`.
-    rng : numpy.random.Generator
-        Not used; every split has the same signature.
     column : str
         Column of the index whose values are left out one by one.
 
@@ -146,16 +143,17 @@ def leave_one_out(
         )
 
 
+@checked
 def one_window(
     index: pd.DataFrame,
-    rng: np.random.Generator,
     *,
-    condition: str | None = None,
-    window_s: float = 10.0,
-    earliest_s: float = 20.0,
-    latest_s: float = 250.0,
-    validation_s: float = 20.0,
-    subject: str | None = None,
+    condition: Name | None = None,
+    window_s: PositiveSeconds = 10.0,
+    earliest_s: Seconds = 20.0,
+    latest_s: Seconds = 250.0,
+    validation_s: PositiveSeconds = 20.0,
+    subject: Name | None = None,
+    seed: Seed = 0,
 ) -> Iterator[Fold]:
     """Train on one short window of one random subject, test on every trial (Tham et al., II-B2).
 
@@ -163,8 +161,6 @@ def one_window(
     ----------
     index : pandas.DataFrame
         Trials with columns source, subject, condition, trial.
-    rng : numpy.random.Generator
-        Chooses subject and window.
     condition : str, optional
         Condition to train on; None draws from all trials.
     window_s : float
@@ -172,10 +168,11 @@ def one_window(
     earliest_s, latest_s : float
         Range in s in which the window starts.
     validation_s : float
-        Time after the window that chooses among restarts, s; 0 leaves that to the end of the
-        window (`training.held_back`).
+        Time after the window that chooses among restarts, s.
     subject : str, optional
         Subject to train on; None draws one.
+    seed : int
+        Of the draw of subject and window.
 
     Yields
     ------
@@ -187,6 +184,12 @@ def one_window(
     UserError
         If no trial has that subject and condition.
     """
+    if earliest_s > latest_s:
+        raise UserError(
+            f"split: earliest_s is {earliest_s:g} and latest_s {latest_s:g}, expected the earliest "
+            "not after the latest"
+        )
+    rng = np.random.default_rng(seed)
     rows = index
     for column, wanted in (("condition", condition), ("subject", subject)):
         if wanted is not None:
@@ -201,19 +204,17 @@ def one_window(
         f"{training.subject}_{training.condition}_{start_s:.0f}s",
         (training,),
         tuple(_parts(index)),
-        (validation,) if validation_s > 0 else (),
+        (validation,),
     )
 
 
-def everything(index: pd.DataFrame, rng: np.random.Generator) -> Iterator[Fold]:
+def everything(index: pd.DataFrame) -> Iterator[Fold]:
     """Train on all trials, test on none: for a network that is to be used elsewhere.
 
     Parameters
     ----------
     index : pandas.DataFrame
         Trials with columns source, subject, condition, trial.
-    rng : numpy.random.Generator
-        Not used; every split has the same signature.
 
     Yields
     ------
@@ -223,15 +224,13 @@ def everything(index: pd.DataFrame, rng: np.random.Generator) -> Iterator[Fold]:
     yield Fold("everything", tuple(_parts(index)), ())
 
 
-def pretrained(index: pd.DataFrame, rng: np.random.Generator) -> Iterator[Fold]:
+def pretrained(index: pd.DataFrame) -> Iterator[Fold]:
     """Test a network that is already trained on all trials.
 
     Parameters
     ----------
     index : pandas.DataFrame
         Trials with columns source, subject, condition, trial.
-    rng : numpy.random.Generator
-        Not used; every split has the same signature.
 
     Yields
     ------
@@ -241,19 +240,18 @@ def pretrained(index: pd.DataFrame, rng: np.random.Generator) -> Iterator[Fold]:
     yield Fold("pretrained", (), tuple(_parts(index)))
 
 
-def automatic(
-    index: pd.DataFrame, rng: np.random.Generator, *, testing: bool = True
-) -> Iterator[Fold]:
+@checked
+def automatic(index: pd.DataFrame, *, testing: bool = True, seed: Seed = 0) -> Iterator[Fold]:
     """Choose what suits the data.
 
     Parameters
     ----------
     index : pandas.DataFrame
         Trials with columns source, subject, condition, trial.
-    rng : numpy.random.Generator
-        Passed on.
     testing : bool
         Whether the folds are to be tested.
+    seed : int
+        Of the window's draw.
 
     Yields
     ------
@@ -263,13 +261,13 @@ def automatic(
     """
     if set(index["source"]) == {"simulated_gait"}:
         normal = "normal" if (index["condition"] == "normal").any() else None
-        yield from one_window(index, rng, condition=normal)
+        yield from one_window(index, condition=normal, seed=seed)
     elif not testing:
-        yield from everything(index, rng)
+        yield from everything(index)
     elif index["subject"].nunique() > 1:
-        yield from leave_one_out(index, rng)
+        yield from leave_one_out(index)
     else:
-        yield from pretrained(index, rng)
+        yield from pretrained(index)
 
 
 def load_calibrated(

@@ -91,7 +91,7 @@ def body_of(subject: str, seed: int) -> Body:
     """
     if subject in TABLE_1:
         return TABLE_1[subject]
-    if not re.fullmatch(r"V[1-9]\d*", subject):
+    if not re.fullmatch(r"V[1-9][0-9]*", subject):
         raise UserError(
             f"simulated_gait: subject '{subject}', expected S1 ... S5 (Tham et al., Table 1) "
             "or V1, V2, ... (drawn at random)"

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,7 +15,7 @@ from narx.simulation.soft_tissue import SENSOR_GAIN, SoftTissue, draw_skin, draw
 from narx.types import FloatArray
 
 # what can be left out of a simulation, one by one
-ERROR_SOURCES = (
+ErrorSource = Literal[
     "sensor_tissue",
     "marker_tissue",
     "landmarks",
@@ -22,7 +23,7 @@ ERROR_SOURCES = (
     "gyroscope_bias",
     "accelerometer",
     "movements",
-)
+]
 
 # how a careful hand straps a sensor: within this of the nominal orientation, standard deviation
 _STRAPPED_SD_DEG = 10.0
@@ -118,7 +119,7 @@ def leave_out(session: Session, sources: Collection[str]) -> Session:
     session : Session
         As from `draw_session`.
     sources : collection of str
-        Of `ERROR_SOURCES`; ``movements`` and what drifts within a trial are not the session's.
+        Of `ErrorSource`; ``movements`` and what drifts within a trial are not the session's.
 
     Returns
     -------

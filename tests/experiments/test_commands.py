@@ -176,11 +176,15 @@ def test_every_real_source_runs(run_command, data_root, source):
         ("train", ["optimizer=nonsense"], "adam"),
         ("train", ["modle.hidden=3"], "modle"),
         ("train", ["model.hidden=-2"], "model.hidden is '-2'"),
-        ("train", ["model.washout_s=0"], "washout_s is 0, expected seconds above zero"),
+        ("train", ["model.washout_s=0"], "model.washout_s is 0, expected a number above 0"),
         ("train", ["data=smartphone_pocket", "data_root=/no/such/folder"], "/no/such/folder"),
         ("train", ["select.subject=Nobody"], "no subject 'Nobody'"),
         ("train", ["split=leave_one_subject_out"], "needs at least two"),
-        ("train", ["objectives=[nonsense]"], "objectives holds 'nonsense'"),
+        (
+            "train",
+            ["objectives=[nonsense]"],
+            "objectives.0 is 'nonsense', expected held_back",
+        ),
         (
             "predict",
             ["-m", "input=a.csv,b.csv", "output=o.csv"],

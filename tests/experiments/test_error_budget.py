@@ -103,4 +103,4 @@ def test_the_command_leaves_a_row_a_variant_and_refuses_an_unknown_source(run_co
     wrong = (*small[:3], "+variants={bad: {without: [magic]}}")
     status, _, err, _ = run_command("error_budget", *wrong)
     assert status == 2
-    assert "no source of error 'magic'" in err
+    assert "variants.bad.without.0 is 'magic', expected one of sensor_tissue" in err

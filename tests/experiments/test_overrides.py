@@ -22,16 +22,6 @@ def test_file_names_arrive(name):
     assert _value(f"input={name}") == name
 
 
-@pytest.mark.parametrize("word", ["no", "off", "No", "OFF", "false"])
-def test_no_is_false(word):
-    assert _value(f"remove_bias={word}") is False
-
-
-@pytest.mark.parametrize("word", ["yes", "on", "true"])
-def test_yes_is_true(word):
-    assert _value(f"smoothing={word}") is True
-
-
 def test_names_stay_names():
     assert _value("select.condition=off") == "off"
     assert _value("input=on") == "on"

@@ -1,6 +1,5 @@
 """Splits: nobody is tested on what was trained on, and everybody is tested once."""
 
-import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given, settings
@@ -34,7 +33,7 @@ def overlaps(fold):
 @given(n_subjects=st.integers(2, 5), n_conditions=st.integers(1, 3))
 def test_leave_one_out_tests_everybody_once_and_sees_nobody_tested(n_subjects, n_conditions):
     index = index_of([f"s{k}" for k in range(n_subjects)], [f"c{k}" for k in range(n_conditions)])
-    folds = list(splits.leave_one_out(index, np.random.default_rng(0)))
+    folds = list(splits.leave_one_out(index))
     tested = [part.key for fold in folds for part in fold.test]
     assert sorted(tested) == sorted(map(tuple, index.iloc[:, :4].to_numpy()))
     for fold in folds:
@@ -44,12 +43,12 @@ def test_leave_one_out_tests_everybody_once_and_sees_nobody_tested(n_subjects, n
 
 def test_leave_one_device_out():
     index = index_of(["a", "b"], ["slow", "fast"])
-    folds = list(splits.leave_one_out(index, np.random.default_rng(0), column="device"))
+    folds = list(splits.leave_one_out(index, column="device"))
     assert [fold.name for fold in folds] == ["without_device_s", "without_device_f"]
 
 
 def test_within_trial_parts_do_not_overlap():
-    folds = list(splits.within_trial(index_of(["a", "b"], ["slow"]), np.random.default_rng(0)))
+    folds = list(splits.within_trial(index_of(["a", "b"], ["slow"])))
     assert len(folds) == 2
     assert not [pair for fold in folds for pair in overlaps(fold)]
 
@@ -57,8 +56,7 @@ def test_within_trial_parts_do_not_overlap():
 def test_one_window_is_ten_seconds_of_one_walk_and_seeded():
     index = index_of([f"s{k}" for k in range(5)], ["slow", "normal", "fast"])
     first, again, other = (
-        next(iter(splits.one_window(index, np.random.default_rng(seed), condition="normal")))
-        for seed in (1, 1, 2)
+        next(iter(splits.one_window(index, condition="normal", seed=seed))) for seed in (1, 1, 2)
     )
     assert first == again != other
     (training,) = first.training
@@ -78,14 +76,13 @@ def test_one_window_is_ten_seconds_of_one_walk_and_seeded():
 )
 def test_what_cannot_be_split_is_refused(split, keywords, message):
     with pytest.raises(UserError, match=message):
-        list(split(index_of(["a", "b"], ["slow"]), np.random.default_rng(0), **keywords))
+        list(split(index_of(["a", "b"], ["slow"]), **keywords))
 
 
 def test_automatic_choice():
-    rng = np.random.default_rng(0)
 
     def names(index, **keywords):
-        return [fold.name for fold in splits.automatic(index, rng, **keywords)]
+        return [fold.name for fold in splits.automatic(index, **keywords)]
 
     simulated = index_of(["S1"], ["normal"], source="simulated_gait")
     assert names(simulated)[0].startswith("S1_normal_")

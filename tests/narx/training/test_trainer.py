@@ -59,7 +59,7 @@ def test_a_gap_cuts_own_arrays_in_two():
 
 def test_a_fold_gives_what_its_trial_gives(source):
     index = source.index().assign(source="simulated_gait")
-    (fold,) = one_window(index, np.random.default_rng(0), earliest_s=8.0, latest_s=10.0)
+    (fold,) = one_window(index, earliest_s=8.0, latest_s=10.0)
     trainer = Trainer(optimizer=QUICK, seed=3)
     seen = []
     by_fold = trainer.fit_fold({"simulated_gait": source}, fold, lambda i, n: seen.append(i))

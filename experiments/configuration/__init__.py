@@ -1,0 +1,6 @@
+"""What a command's configuration may hold, checked before anything is read or computed."""
+
+from narx.experiments.configuration.check import checked_configuration
+from narx.experiments.configuration.composition import composition_mistake
+
+__all__ = ["checked_configuration", "composition_mistake"]

@@ -1,0 +1,100 @@
+"""Check a composed configuration as a whole, before anything is read or computed."""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+from hydra.errors import InstantiationException
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import MissingMandatoryValue
+from pydantic import BaseModel
+
+from narx.errors import UserError, user_error_behind
+from narx.experiments.configuration.components import schema_for
+from narx.experiments.configuration.schemas import SCHEMAS
+from narx.experiments.networks import trainer
+from narx.settings.checked import validated
+
+
+def checked_configuration(cfg: DictConfig, command: str) -> DictConfig:
+    """Check every key of a command's configuration.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As Hydra composed it.
+    command : str
+        Name of the command's primary configuration.
+
+    Returns
+    -------
+    omegaconf.DictConfig
+        The same with every value of its type (names as text, words for yes and no as true and
+        false), without interpolations.
+
+    Raises
+    ------
+    UserError
+        With the key, its value and what is allowed.
+    """
+    values = _container(cfg)
+    schema = schema_for(SCHEMAS[command], values)
+    result = OmegaConf.create(validated(schema, values).model_dump(by_alias=True))
+    _check_grid(schema, values)
+    for path, section in _components(result):
+        _made(partial(instantiate, section, _convert_="all"), path)
+    if "training" in result:
+        _made(partial(trainer, result), "training")
+    return result
+
+
+def _container(cfg: DictConfig) -> dict[str, Any]:
+    try:
+        values = OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True)
+    except MissingMandatoryValue as error:
+        raise UserError(
+            f"{error.full_key} is missing, expected a value: {error.full_key}=..."
+        ) from error
+    except RecursionError as error:
+        raise UserError("configuration: an interpolation ${...} refers to itself") from error
+    assert isinstance(values, dict)
+    return {str(key): value for key, value in values.items()}
+
+
+def _components(cfg: DictConfig) -> Iterator[tuple[str, DictConfig]]:
+    """Sections that the run makes objects of; methods only those that it runs."""
+    for name in ("model", "optimizer", "teacher", "report"):
+        if name in cfg:
+            yield name, cfg[name]
+    for name, section in cfg.get("data", {}).items():
+        if isinstance(section, DictConfig):
+            yield f"data.{name}", section
+    for name, section in cfg.get("method", {}).items():
+        if name in cfg.methods:
+            yield f"method.{name}", section
+
+
+def _check_grid(schema: type[BaseModel], values: Mapping[str, Any]) -> None:
+    """Every value that a benchmark may choose from is one that its method takes."""
+    for name, choices in values.get("grid", {}).items():
+        if name not in values["method"]:
+            known = ", ".join(values["method"])
+            raise UserError(f"grid.{name}: there is no such method, expected one of {known}")
+        methods: Any = schema.model_fields["method"].annotation
+        model = methods.model_fields[name].annotation
+        for key, choice in ((k, c) for k, listed in choices.items() for c in listed):
+            validated(model, values["method"][name] | {key: choice}, f"grid.{name}: ")
+
+
+def _made(make: Callable[[], object], path: str) -> None:
+    """Let constructors refuse what no type tells: two values that do not fit, say."""
+    try:
+        make()
+    except (InstantiationException, UserError) as error:
+        mistake = user_error_behind(error)
+        cause = mistake or error.__cause__
+        if mistake is None and not isinstance(cause, ValueError):
+            raise
+        said = str(cause)
+        raise UserError(said if path.partition(".")[0] in said else f"{path}: {said}") from error

@@ -1,0 +1,210 @@
+"""What every command's configuration may hold; sections with a `_target_` say the rest."""
+
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import BaseModel, Field
+
+from narx.calibration.calibrate import Mode
+from narx.datasets.base import TrialSource
+from narx.experiments.configuration.components import Component, Components
+from narx.experiments.model import ModelSettings
+from narx.experiments.reports.report import Report
+from narx.inference.predict import Frame, Side, StartPose
+from narx.method import OrientationMethod
+from narx.settings.checked import CONFIG
+from narx.settings.values import (
+    FilePath,
+    Fraction,
+    Name,
+    Names,
+    Positive,
+    PositiveSeconds,
+    SamplingRate,
+    Seconds,
+    Seed,
+)
+from narx.simulation.session import ErrorSource
+from narx.training.objective import Optimizer
+from narx.training.teachers import Teacher
+
+Format = Literal["torchscript", "torch_export", "onnx", "c"]
+
+
+class Section(BaseModel):
+    """Part of a configuration: its keys are all that there may be."""
+
+    model_config = CONFIG
+
+
+class Selection(Section):
+    """Trials to take, by names or lists of names."""
+
+    subject: Names | None = None
+    condition: Names | None = None
+    trial: Names | None = None
+
+
+class Training(Section):
+    """What of the trials is trained on."""
+
+    seed: Seed = 0
+    skip_s: Seconds = 5.0
+    held_back: Fraction = 0.25
+    segments: Names | None = None
+    weights: dict[Name, Positive] = {}
+
+
+class Walks(Section):
+    """What an experiment sets of `data.simulated_gait` (checked there)."""
+
+    subjects: Any = None
+    protocol: Any = None
+    conditions: Any = None
+    trials_per_condition: Any = None
+    steps: Any = None
+    sampling_rate_hz: Any = None
+    sensor: Any = None
+    mounting: Any = None
+    segments: Any = None
+
+
+class Prepared(Section):
+    """What is kept of trials once prepared."""
+
+    folder: FilePath | None = None
+    limit_gb: Annotated[float, Field(ge=0, le=1e6)] = 4.0
+
+
+class Common(Section):
+    """As ``configs/common.yaml``."""
+
+    seed: Seed = 0
+    data_root: FilePath | None = None
+    select: Selection = Selection()
+    calibration: Mode = "auto"
+    candidates: tuple[Name, ...] = ()
+    training: Training = Training()
+    prepared: Prepared = Prepared()
+    walks: Walks | None = None
+    data: Annotated[Any, Components(TrialSource, (("seed", Seed),))]
+    model: Annotated[Any, Component(ModelSettings)]
+    optimizer: Annotated[Any, Component(Optimizer)]
+    teacher: Annotated[Any, Component(Teacher)]
+    split: Annotated[Any, Component(None, ("index",))]
+
+
+Target = Annotated[
+    str,
+    Field(
+        pattern="^(held_back_error_deg|n_weights|rmse_deg/.+/.+/narx)$",
+        description="held_back_error_deg, n_weights or rmse_deg/<segment>/<axis>/narx",
+    ),
+]
+
+
+class Train(Common):
+    """As ``configs/train.yaml``."""
+
+    objectives: Annotated[
+        tuple[Target, ...], Field(min_length=1, description="a list of at least one")
+    ] = ("held_back_error_deg",)
+
+
+class Evaluation(Section):
+    """What of a trial is scored, and how figures are drawn."""
+
+    skip_s: Seconds = 5.0
+    confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
+    figure_rate_hz: Annotated[float, Field(ge=1, le=10_000)] = 50.0
+
+
+class Benchmark(Common):
+    """As ``configs/benchmark.yaml``."""
+
+    methods: Names = ("narx", "pseudo_integrator", "complementary_filter", "gyro_integration")
+    checkpoint: FilePath | None = None
+    remove_static_bias: bool = True
+    evaluation: Evaluation = Evaluation()
+    method: Annotated[Any, Components(OrientationMethod)]
+    grid: dict[Name, dict[Name, Annotated[tuple[Any, ...], Field(min_length=1)]]] = {}
+    report: Annotated[Any, Component(Report)]
+
+
+class Export(Section):
+    """As ``configs/export.yaml``."""
+
+    checkpoint: FilePath | None = None
+    format: Format = "torchscript"
+    output: FilePath
+    precision: Literal["double", "float"] = "double"
+
+
+class Predict(Section):
+    """As ``configs/predict.yaml``."""
+
+    input: FilePath
+    output: FilePath
+    checkpoint: FilePath | None = None
+    frame: Frame = "auto"
+    side: Side = "right"
+    start_pose: StartPose = "unknown"
+    remove_bias: bool = True
+    still_s: tuple[float, float] | None = None
+    smoothing: bool = False
+
+
+class Ablation(Section):
+    """As ``configs/ablation.yaml``."""
+
+    seed: Seed = 0
+    data_root: FilePath | None = None
+    overrides: tuple[Name, ...] = ("data=smartphone_pocket", "split=leave_one_subject_out")
+    variants: dict[Name, tuple[Name, ...]]
+
+
+class Variant(Section):
+    """A way to make walks and to calibrate them."""
+
+    without: tuple[ErrorSource, ...] = ()
+    calibration: Literal["exact", *get_args(Mode)] = "auto"  # type: ignore[valid-type]
+
+
+class ErrorBudget(Section):
+    """As ``configs/error_budget.yaml``."""
+
+    seed: Seed = 0
+    seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (0,)
+    subjects: Names = ("S1", "S2", "S3", "S4", "S5")
+    duration_s: PositiveSeconds = 60.0
+    sampling_rate_hz: SamplingRate = 100.0
+    skip_s: Seconds = 5.0
+    checkpoint: FilePath | None = None
+    variants: dict[Name, Variant]
+
+
+class Speed(Section):
+    """As ``configs/speed.yaml``."""
+
+    seed: Seed = 0
+    n_samples: Annotated[int, Field(ge=100, le=1_000_000)] = 5000
+    n_rollout_samples: Annotated[int, Field(ge=100, le=10_000_000)] = 150_000
+    n_channels: Annotated[int, Field(ge=1, le=10_000)] = 180
+    n_starts: Annotated[int, Field(ge=1, le=10_000)] = 64
+    n_cost_starts: Annotated[int, Field(ge=1, le=10_000)] = 16
+    iterations: Annotated[int, Field(ge=1, le=10_000)] = 100
+    repeats: Annotated[int, Field(ge=1, le=10_000)] = 15
+    slow_repeats: Annotated[int, Field(ge=1, le=10_000)] = 3
+    slow_samples: Annotated[int, Field(ge=100, le=10_000_000)] = 15_000
+    first_use: bool = True
+    peers: bool = True
+
+
+SCHEMAS: dict[str, type[Section]] = {
+    "train": Train,
+    "benchmark": Benchmark,
+    "export": Export,
+    "predict": Predict,
+    "ablation": Ablation,
+    "error_budget": ErrorBudget,
+    "speed": Speed,
+}

@@ -1,0 +1,29 @@
+"""What a value given from outside may be: types with ranges, checked in one way everywhere."""
+
+from narx.settings.checked import checked
+from narx.settings.values import (
+    Count,
+    FilePath,
+    Fraction,
+    Name,
+    Names,
+    Positive,
+    PositiveSeconds,
+    SamplingRate,
+    Seconds,
+    Seed,
+)
+
+__all__ = [
+    "Count",
+    "FilePath",
+    "Fraction",
+    "Name",
+    "Names",
+    "Positive",
+    "PositiveSeconds",
+    "SamplingRate",
+    "Seconds",
+    "Seed",
+    "checked",
+]

@@ -1,0 +1,54 @@
+"""Types of settings with their ranges, for annotations of constructors and configurations.
+
+An upper limit stands where more is certainly a slip of the finger (a walk of 30 years), not where
+it is merely unusual.
+"""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+
+def _one_is_a_list(value: object) -> object:
+    return [value] if isinstance(value, str | int | float) else value
+
+
+def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))
+
+
+def _can_be_a_path(path: str | Path) -> str | Path:
+    try:
+        Path(path).expanduser().exists()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise ValueError(f"{str(path)[:60]!a} cannot be a path ({error})") from None
+    return path
+
+
+FilePath = Annotated[
+    Annotated[str, Field(min_length=1)] | Path,
+    AfterValidator(_can_be_a_path),
+    Field(description="a path"),
+]
+Name = Annotated[str, Field(min_length=1, max_length=300)]
+# a name alone is a list of one
+Names = Annotated[
+    tuple[Name, ...],
+    BeforeValidator(_one_is_a_list),
+    AfterValidator(_each_once),
+    Field(min_length=1, description="a name or a list of names"),
+]
+
+Count = Annotated[int, Field(ge=1)]
+# what numpy's generators take
+Seed = Annotated[int, Field(ge=0, lt=2**32)]
+Fraction = Annotated[float, Field(ge=0, lt=1)]
+Positive = Annotated[float, Field(gt=0, le=1e9)]
+
+# eleven days
+LONGEST_S = 1e6
+Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
+PositiveSeconds = Annotated[float, Field(gt=0, le=LONGEST_S)]
+# below the first no step of a walk is seen, above the second no IMU samples
+SamplingRate = Annotated[float, Field(ge=10, le=10_000)]
