@@ -1,4 +1,5 @@
 # make benchmark   set up .venv, then the main job on the embedded data
+# make demo        two simulated recordings, thigh and shank, to knee angles and a picture of the strides
 # make test        lint, types, docstrings, tests with coverage
 # make speed       add the peers, then the speed benchmark
 # make docs        the documentation as a site, into site/
@@ -9,10 +10,15 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
 OVERRIDES ?=
 
-.PHONY: benchmark test docs speed clean
+.PHONY: benchmark demo test docs speed clean
 
 benchmark: $(VENV)/.run
 	$(BIN)/python -m experiments.benchmark $(OVERRIDES)
+
+demo: $(VENV)/.run
+	$(BIN)/python -m experiments.demo_recordings output=demo
+	$(BIN)/python -m experiments.predict output=demo/knee.csv \
+		"input={thigh_right: demo/thigh_right.csv, shank_right: demo/shank_right.csv}"
 
 test: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -42,4 +48,4 @@ $(VENV)/.peers: $(VENV)/.run
 	touch $@
 
 clean:
-	rm -rf $(VENV) site outputs multirun .coverage .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) demo site outputs multirun .coverage .pytest_cache .mypy_cache .ruff_cache

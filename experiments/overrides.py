@@ -12,7 +12,8 @@ from hydra.errors import HydraException
 # where a comma is part of a name
 _FILES = ("input", "output", "checkpoint", "data_root", "still_file")
 _OPENING = ("'", '"', "[", "{", "$")
-_ELEMENT = re.compile(r"(?<=[:\[,])\s*([^\s\[\]{},:'\"][^\[\]{},'\"]*)")
+# an element of a list, or a key and its value
+_ELEMENT = re.compile(r"""(?<=[\[{,])(\s*(?:\w+\s*:\s*)?)([^\s\[\]{},'"][^\[\]{},'"]*)""")
 
 
 def readable(arguments: Iterable[str]) -> list[str]:
@@ -60,5 +61,5 @@ def _quoted(text: str) -> str:
 
 
 def _quoted_match(match: re.Match[str]) -> str:
-    text = match[1].rstrip()
-    return text if _is_grammar(f"k={text}") else _quoted(text)
+    text = match[2].rstrip()
+    return match[1] + (text if _is_grammar(f"k={text}") else _quoted(text))

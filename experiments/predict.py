@@ -1,34 +1,24 @@
-"""Angles of a segment from a recording in a CSV file, with a trained network.
+"""Angles from recordings, with a trained network: of one segment, or of a leg and its joints.
 
 python -m experiments.predict checkpoint=PATH input=walk.csv output=angles.csv
+python -m experiments.predict "input={thigh_right: a.csv, shank_right: b.csv}" output=knee.csv
 """
 
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from omegaconf import DictConfig, ListConfig
+from omegaconf import DictConfig
 
 from narx.datasets.csv_recording import read_recording
 from narx.errors import UserError
 from narx.experiments.command import command
-from narx.files import atomic_path
+from narx.experiments.predictions.angle_files import check_suffix, write_angles
+from narx.experiments.predictions.options import interval_s, layout_of
+from narx.experiments.predictions.session import predict_files, session_files
 from narx.inference.predict import Prediction, predict
 from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.segment_angles import AXES
-
-
-def _still_s(value: object) -> tuple[float, float] | None:
-    if value is None:
-        return None
-    numbers = list(value) if isinstance(value, ListConfig) else []
-    if (
-        len(numbers) != 2
-        or not all(isinstance(number, int | float) for number in numbers)
-        or not numbers[0] < numbers[1]
-    ):
-        raise UserError(f"still_s is {value}, expected [begin, end] in s")
-    return float(numbers[0]), float(numbers[1])
 
 
 def table_of(prediction: Prediction) -> pd.DataFrame:
@@ -55,26 +45,34 @@ def table_of(prediction: Prediction) -> pd.DataFrame:
 
 
 def _predict(cfg: DictConfig) -> None:
-    source, target = Path(cfg.input), Path(cfg.output)
-    if target.exists() and source.exists() and target.samefile(source):
-        raise UserError(f"output: '{target}' is the input, expected another name")
-    still_s = _still_s(cfg.still_s)
-    recording = read_recording(source)
+    target = Path(str(cfg.output))
+    files = session_files(cfg.input) if isinstance(cfg.input, DictConfig) else None
+    sources = list(files.values()) if files else [Path(str(cfg.input))]
+    for source in sources:
+        if target.exists() and source.exists() and target.samefile(source):
+            raise UserError(f"output: '{target}' is the input, expected another name")
+    if files is not None:
+        predict_files(cfg, files, target)
+    else:
+        _predict_one(cfg, sources[0], target)
+
+
+def _predict_one(cfg: DictConfig, source: Path, target: Path) -> None:
+    check_suffix(target)
+    still_s = interval_s(cfg.still_s, "still_s")
+    recording = read_recording(source, layout=layout_of(cfg))
     prediction = predict(
         recording,
         load_or_pretrained(cfg.checkpoint).method(cfg.smoothing),
         frame=cfg.frame,
         side=cfg.side,
-        start_pose=cfg.start_pose,
+        # one segment's zero is rarely known; a session says itself whether it begins at rest
+        start_pose="unknown" if cfg.start_pose == "auto" else cfg.start_pose,
         remove_bias=cfg.remove_bias,
         still_s=still_s,
         where=str(source),
     )
-    try:
-        with atomic_path(target) as temporary:
-            table_of(prediction).to_csv(temporary, index=False, na_rep="nan")
-    except OSError as error:
-        raise UserError(f"output: '{target}' cannot be written: {error.strerror}") from error
+    write_angles(table_of(prediction), target)
     print(*prediction.notes, sep="\n")
     n_angles = int(np.isfinite(prediction.angles_rad).all(axis=1).sum())
     print(f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles")

@@ -7,7 +7,13 @@ if TYPE_CHECKING:
     from narx.calibration import calibrate
     from narx.datasets import SimulatedGait
     from narx.evaluation import evaluate_trial
-    from narx.inference import Checkpoint, NarxMethod, angles_from_gyroscope, predict
+    from narx.inference import (
+        Checkpoint,
+        NarxMethod,
+        angles_from_gyroscope,
+        predict,
+        predict_session,
+    )
     from narx.network import Narx
     from narx.recordings import ImuRecording, Trial
     from narx.training import LevenbergMarquardt, Objective, Trainer
@@ -28,6 +34,7 @@ _ROOM_OF = {
     "NarxMethod": "narx.inference",
     "Objective": "narx.training",
     "predict": "narx.inference",
+    "predict_session": "narx.inference",
     "SimulatedGait": "narx.datasets",
     "Trainer": "narx.training",
     "TrainingSequence": "narx.windows",
@@ -51,6 +58,7 @@ __all__ = [
     "calibrate",
     "evaluate_trial",
     "predict",
+    "predict_session",
 ]
 
 

@@ -4,16 +4,19 @@ from narx.inference.checkpoint import Checkpoint, load, save
 from narx.inference.narx_method import NarxMethod
 from narx.inference.predict import Prediction, angles_from_gyroscope, predict
 from narx.inference.pretrained import pretrained
+from narx.inference.session import SessionPrediction, predict_session
 from narx.inference.start_up import StartUp
 
 __all__ = [
     "Checkpoint",
     "NarxMethod",
     "Prediction",
+    "SessionPrediction",
     "StartUp",
     "angles_from_gyroscope",
     "load",
     "predict",
+    "predict_session",
     "pretrained",
     "save",
 ]

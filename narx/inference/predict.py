@@ -13,11 +13,11 @@ from narx.calibration.calibrate import calibrate
 from narx.errors import RecordingError, UserError
 from narx.inference.bias import check_known_start, remove_static_bias
 from narx.inference.clocks import ClockConversion
+from narx.inference.findings import check_consistency, gap_notes, start_up_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.segment_angles import clinical_rates
 from narx.method import SegmentSignals
-from narx.recordings.consistency import contradiction, fit_rotation
 from narx.recordings.plausibility import admit, check_gravity
 from narx.recordings.rest import first_rest_s
 from narx.recordings.stamps import checked_rate_hz
@@ -133,11 +133,11 @@ def predict(
         raise RecordingError(f"{where}: no two gyroscope samples within {MAX_GAP_S:g} s")
     if start_pose == "known":
         check_known_start(recording.time_s, corrected, where)
-    more = [*recording.notes, *_gap_notes(recording)]
+    more = [*recording.notes, *gap_notes(recording, MAX_GAP_S)]
     has_accelerometer = bool(np.isfinite(recording.accelerometer_m_s2).all(axis=1).any())
     if has_accelerometer:
         force = conversion.to_clock(recording.accelerometer_m_s2)
-        more += _consistency(gyroscope, force, rate_hz, frame, where)
+        more += check_consistency(gyroscope, force, rate_hz, is_leg=frame != "sensor", where=where)
     if frame == "auto":
         frame = "walking" if has_accelerometer else "anatomical"
     if frame == "anatomical":
@@ -166,7 +166,7 @@ def predict(
         # a spline swings beyond a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)
-    more += _start_up_note(method, signals)
+    more += start_up_note(method, signals)
     return Prediction(
         recording.time_s,
         conversion.to_samples(method.estimate(signals), there),
@@ -261,54 +261,6 @@ def angles_from_gyroscope(
 def _check(name: str, value: object, choices: object) -> None:
     if value not in get_args(choices):
         raise UserError(f"{name} is '{value}', expected one of {', '.join(get_args(choices))}")
-
-
-def _consistency(
-    gyroscope: FloatArray, force: FloatArray, rate_hz: float, frame: Frame, where: str
-) -> list[str]:
-    """Hold gyroscope against accelerometer: a leg is refused, anything else may translate."""
-    fit = fit_rotation(gyroscope, force, rate_hz)
-    wrong = None if fit is None else contradiction(fit)
-    if wrong is None:
-        return []
-    if frame == "sensor":
-        return [f"{wrong}; or the sensor is moved about more than it is turned"]
-    raise RecordingError(f"{where}: {wrong}; expected both sensors in one right-handed frame")
-
-
-def _gap_notes(recording: ImuRecording) -> list[str]:
-    there = np.isfinite(recording.gyroscope_rad_s).all(axis=1)
-    time = recording.time_s[there]
-    if len(time) < 2:
-        return []
-    steps = np.diff(time)
-    usual = float(np.median(steps))
-    limit_s = max(MAX_GAP_S, 1.5 * usual)
-    long, short = steps > limit_s, (steps > 1.5 * usual) & (steps <= limit_s)
-    notes = []
-    if short.any():
-        notes.append(f"{_gaps(short)} of up to {steps[short].max():.3g} s interpolated across")
-    if long.any():
-        notes.append(
-            f"{_gaps(long)} longer than {limit_s:g} s (together {steps[long].sum():.3g} s, the "
-            f"longest {steps[long].max():.3g} s): the network pauses there, what was turned in "
-            "them is lost, and the angles after them settle anew"
-        )
-    return notes
-
-
-def _gaps(flags: BoolArray) -> str:
-    return f"{flags.sum()} gap{'' if flags.sum() == 1 else 's'}"
-
-
-def _start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
-    there = np.isfinite(signals.axis_rates_rad_s).all(axis=1)
-    if not there.any() or not method.starting(signals)[there].all():
-        return []
-    return [
-        f"the network takes over after {method.start_up.duration_s:g} s of movement, which this "
-        "recording does not have: all angles are the start-up's"
-    ]
 
 
 def _sensor_to_anatomical(

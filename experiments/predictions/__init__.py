@@ -1,0 +1,1 @@
+"""What `narx-predict` reads and writes."""

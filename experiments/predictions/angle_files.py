@@ -1,0 +1,74 @@
+"""Tables of angles as files: CSV, Parquet, and the storage files of OpenSim."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from narx.errors import UserError
+from narx.files import atomic_path
+
+# OpenSim's .mot is the same text as its .sto
+SUFFIXES = (".csv", ".parquet", ".sto", ".mot")
+
+
+def check_suffix(path: Path) -> None:
+    """Refuse a file of a kind that is not written.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to write.
+
+    Raises
+    ------
+    UserError
+        If its suffix is none of `SUFFIXES`.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise UserError(f"output: '{path}', expected a name that ends in {', '.join(SUFFIXES)}")
+
+
+def write_angles(table: pd.DataFrame, path: Path) -> None:
+    """Write a table in the form that the name's suffix asks for.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        ``time_s`` first; angles in degrees.
+    path : pathlib.Path
+        File to write; replaced only when complete.
+
+    Raises
+    ------
+    UserError
+        If the suffix is unknown or the file cannot be written.
+    """
+    check_suffix(path)
+    try:
+        with atomic_path(path) as temporary:
+            suffix = path.suffix.lower()
+            if suffix == ".csv":
+                table.to_csv(temporary, index=False, na_rep="nan")
+            elif suffix == ".parquet":
+                table.to_parquet(temporary, index=False)
+            else:
+                _write_storage(table, temporary, path.stem)
+    except OSError as error:
+        raise UserError(f"output: '{path}' cannot be written: {error.strerror}") from error
+
+
+def _write_storage(table: pd.DataFrame, path: Path, name: str) -> None:
+    """Write the storage format: a header that counts rows and columns, then tabs."""
+    renamed = table.rename(columns={"time_s": "time"})
+    renamed.columns = [column.removesuffix("_deg") for column in renamed.columns]
+    header = [
+        name,
+        "version=1",
+        f"nRows={len(renamed)}",
+        f"nColumns={len(renamed.columns)}",
+        "inDegrees=yes",
+        "endheader",
+    ]
+    with open(path, "w", encoding="utf-8", newline="\n") as stream:
+        stream.write("\n".join(header) + "\n")
+        renamed.to_csv(stream, sep="\t", index=False, na_rep="nan", lineterminator="\n")

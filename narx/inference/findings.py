@@ -1,0 +1,113 @@
+"""What a recording lacks for good angles: refused where it cannot be right, else noted."""
+
+import numpy as np
+
+from narx.errors import RecordingError
+from narx.inference.narx_method import NarxMethod
+from narx.method import SegmentSignals
+from narx.recordings.consistency import contradiction, fit_rotation
+from narx.recordings.trial import ImuRecording
+from narx.types import BoolArray, FloatArray
+
+
+def check_consistency(
+    gyroscope_rad_s: FloatArray,
+    accelerometer_m_s2: FloatArray,
+    sampling_rate_hz: float,
+    *,
+    is_leg: bool,
+    where: str,
+) -> list[str]:
+    """Hold the gyroscope against the accelerometer.
+
+    Parameters
+    ----------
+    gyroscope_rad_s, accelerometer_m_s2 : ndarray, shape (N, 3)
+        On one uniform clock, sensor frame.
+    sampling_rate_hz : float
+        Samples per second.
+    is_leg : bool
+        Whether it is a thigh or shank; what is not may be moved about without turning.
+    where : str
+        Name of the recording, for messages.
+
+    Returns
+    -------
+    list of str
+        A note on what is no leg; empty where the two agree.
+
+    Raises
+    ------
+    RecordingError
+        If the two sensors of a leg contradict each other.
+    """
+    fit = fit_rotation(gyroscope_rad_s, accelerometer_m_s2, sampling_rate_hz)
+    wrong = None if fit is None else contradiction(fit)
+    if wrong is None:
+        return []
+    if not is_leg:
+        return [f"{wrong}; or the sensor is moved about more than it is turned"]
+    raise RecordingError(f"{where}: {wrong}; expected both sensors in one right-handed frame")
+
+
+def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
+    """Tell what is missing.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        The sensor.
+    max_gap_s : float
+        Longest gap that is interpolated across, s.
+
+    Returns
+    -------
+    list of str
+        A note on short gaps, and one on long ones, where there are any.
+    """
+    there = np.isfinite(recording.gyroscope_rad_s).all(axis=1)
+    time = recording.time_s[there]
+    if len(time) < 2:
+        return []
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    limit_s = max(max_gap_s, 1.5 * usual)
+    long, short = steps > limit_s, (steps > 1.5 * usual) & (steps <= limit_s)
+    notes = []
+    if short.any():
+        notes.append(f"{_gaps(short)} of up to {steps[short].max():.3g} s interpolated across")
+    if long.any():
+        notes.append(
+            f"{_gaps(long)} longer than {limit_s:g} s (together {steps[long].sum():.3g} s, the "
+            f"longest {steps[long].max():.3g} s): the network pauses there, what was turned in "
+            "them is lost, and the angles after them settle anew"
+        )
+    return notes
+
+
+def start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
+    """Tell whether the network ever took over from the start-up.
+
+    Parameters
+    ----------
+    method : NarxMethod
+        Trained network.
+    signals : SegmentSignals
+        As for its `estimate`.
+
+    Returns
+    -------
+    list of str
+        A note where all samples are the start-up's; else empty.
+    """
+    there = np.isfinite(signals.axis_rates_rad_s).all(axis=1)
+    if not there.any() or not method.starting(signals)[there].all():
+        return []
+    return [
+        f"the network takes over after {method.start_up.duration_s:g} s of movement, which this "
+        "recording does not have: all angles are the start-up's"
+    ]
+
+
+def _gaps(flags: BoolArray) -> str:
+    return f"{flags.sum()} gap{'' if flags.sum() == 1 else 's'}"

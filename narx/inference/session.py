@@ -1,0 +1,292 @@
+"""From several sensors of one session to segment angles and the joints between them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+
+from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
+from narx.errors import RecordingError, UserError
+from narx.gait.phases import gait_phases
+from narx.gait.straight_walk import straight_walk_s
+from narx.inference.bias import remove_static_bias
+from narx.inference.findings import check_consistency, gap_notes, start_up_note
+from narx.inference.narx_method import NarxMethod
+from narx.inference.predict import MAX_GAP_S
+from narx.kinematics.joints import JOINTS, joint_between
+from narx.kinematics.segment_angles import SAGITTAL
+from narx.recordings.plausibility import admit, check_gravity
+from narx.recordings.resampling import resample_vectors, uniform_clock
+from narx.recordings.rest import first_rest_s
+from narx.recordings.session_clock import Alignment, clock_offsets_s
+from narx.recordings.trial import ImuRecording, Trial, kind_of, side_of
+from narx.types import FloatArray
+
+SessionStart = Literal["auto", "known", "unknown"]
+
+# shorter than this it is not a stand
+_MIN_REST_S = 0.5
+# segments whose axes the walk shows; a pelvis keeps the heading of its sensor
+_SWINGING = ("thigh", "shank")
+
+
+@dataclass(frozen=True)
+class SessionPrediction:
+    """Angles of segments and joints on one uniform clock.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        The first sensor's clock, s.
+    sampling_rate_hz : float
+        Its rate.
+    angles_rad : mapping of str to ndarray, shape (N, 3)
+        By segment, then by joint: sagittal (flexion +), frontal (abduction +) and transverse
+        (internal rotation +) angle, rad; NaN where missing.
+    std_rad : mapping of str to ndarray, shape (N, 3)
+        Standard deviation of the error that is expected, rad, where the network knows its own.
+        Variances of two segments add up in their joint, which takes their errors as independent.
+    contacts_s : mapping of str to ndarray, shape (C,)
+        By side, times at which the foot touches the ground, on the same clock, as the thigh
+        shows them; empty where there is no walk.
+    notes : tuple of str
+        What was done, for people.
+    """
+
+    time_s: FloatArray
+    sampling_rate_hz: float
+    angles_rad: Mapping[str, FloatArray]
+    std_rad: Mapping[str, FloatArray]
+    contacts_s: Mapping[str, FloatArray]
+    notes: tuple[str, ...]
+
+
+def predict_session(
+    recordings: Mapping[str, ImuRecording],
+    method: NarxMethod,
+    *,
+    calibration: Mode = "auto",
+    parts: Mapping[str, Mapping[str, ImuRecording]] | None = None,
+    start_pose: SessionStart = "auto",
+    still_s: Sequence[tuple[float, float]] | None = None,
+    walking_s: tuple[float, float] | None = None,
+    align: Alignment = "auto",
+    where: str = "session",
+) -> SessionPrediction:
+    """Estimate the angles of a leg, or of both, from sensors worn together.
+
+    Parameters
+    ----------
+    recordings : mapping of str to ImuRecording
+        By segment: ``thigh_right``, ``shank_right``, ``foot_right``, the same of the left,
+        ``pelvis``; each with an accelerometer, which shows what is up.
+    method : NarxMethod
+        Trained network.
+    calibration : {"auto", "leg", "knee", "functional", "walking", "sensor"}
+        Of thighs and shanks (`narx.calibration.calibrate`). A foot is calibrated by its swing in
+        walking; a pelvis is turned upright and keeps its sensor's heading.
+    parts : mapping of str to mapping of str to ImuRecording, optional
+        Calibration recordings by part (``standing``, ``hip_abduction_right``, ...), by segment.
+    start_pose : {"auto", "known", "unknown"}
+        ``known``: the recording begins with upright standing, where all angles are zero.
+        ``auto``: it does if it begins with half a second of rest.
+    still_s : sequence of tuple of (float, float), optional
+        Parts in which the wearer stood still, s on the first sensor's clock; by default the rests
+        at the beginning and the end.
+    walking_s : tuple of (float, float), optional
+        Part that is straight walking, s, to calibrate from; by default that from the rest at the
+        start to the first turn, or all of it.
+    align : {"auto", "stamps", "correlation"}
+        How the sensors' clocks are brought together (`narx.recordings.session_clock`).
+    where : str
+        Name of the session, for messages.
+
+    Returns
+    -------
+    SessionPrediction
+        All segments, and every joint both of whose segments have a sensor.
+
+    Raises
+    ------
+    UserError
+        If a choice or a segment's name is unknown.
+    RecordingError
+        If a recording cannot be that of a leg, or the sensors have no time in common.
+    """
+    if start_pose not in get_args(SessionStart):
+        raise UserError(
+            f"start_pose is '{start_pose}', expected one of {', '.join(get_args(SessionStart))}"
+        )
+    _check_segments(recordings)
+    admitted = {s: admit(one, f"{where}: {s}") for s, one in recordings.items()}
+    offsets, notes = clock_offsets_s(admitted, align, where)
+    for segment, one in admitted.items():
+        notes += [f"{segment}: {note}" for note in (*one.notes, *gap_notes(one, MAX_GAP_S))]
+    trial = _on_one_clock(admitted, offsets, where)
+    rest_s = first_rest_s([i.gyroscope_rad_s for i in trial.imus.values()], trial.sampling_rate_hz)
+    known = start_pose == "known" or (start_pose == "auto" and rest_s >= _MIN_REST_S)
+    if start_pose == "known" and rest_s < _MIN_REST_S:
+        raise RecordingError(
+            f"{where}: start_pose=known needs the recording to begin with standing still, it moves "
+            f"after {max(0.0, rest_s):.2f} s, expected {_MIN_REST_S:g} s"
+        )
+    stands = _rests(trial, rest_s) if still_s is None else tuple(still_s)
+    notes.append(
+        "begins in upright standing, where all angles are zero"
+        if known
+        else "start unknown: angles swing about zero, and joints have no offset"
+    )
+    if walking_s is None and stands:
+        walking_s = _before_the_turn(trial, stands[0])
+        if walking_s is not None:
+            notes.append(f"walk before the first turn: {walking_s[0]:.2f}-{walking_s[1]:.2f} s")
+    if not stands:
+        trial, bias_notes = _without_bias(trial, where)
+        notes += bias_notes
+    trial = replace(
+        trial,
+        still_s=stands,
+        walking_s=walking_s,
+        starts_in_calibration_posture=known,
+        calibration=parts or {},
+    )
+    segments = _calibrated(trial, calibration, where)
+    angles, std = {}, {}
+    for segment, calibrated in segments.items():
+        imu = trial.imus[segment]
+        notes += [f"{segment}: {note}" for note in calibrated.notes]
+        notes += check_consistency(
+            imu.gyroscope_rad_s,
+            imu.accelerometer_m_s2,
+            trial.sampling_rate_hz,
+            is_leg=kind_of(segment) in _SWINGING,
+            where=f"{where}: {segment}",
+        )
+        notes += [f"{segment}: {note}" for note in start_up_note(method, calibrated.signals)]
+        angles[segment] = method.estimate(calibrated.signals)
+        predicted = method.standard_deviation(calibrated.signals)
+        if predicted is not None:
+            std[segment] = predicted
+    for name, joint in JOINTS.items():
+        if joint.proximal in segments and joint.distal in segments:
+            angles[name] = joint_between(name, angles[joint.proximal], angles[joint.distal])
+            if joint.proximal in std and joint.distal in std:
+                std[name] = np.hypot(std[joint.proximal], std[joint.distal])
+    return SessionPrediction(
+        trial.time_s,
+        trial.sampling_rate_hz,
+        angles,
+        std,
+        _contacts_s(segments, float(trial.time_s[0])),
+        tuple(notes),
+    )
+
+
+def _check_segments(recordings: Mapping[str, ImuRecording]) -> None:
+    known = {segment for joint in JOINTS.values() for segment in (joint.proximal, joint.distal)}
+    for segment in recordings:
+        if segment not in known:
+            raise UserError(f"segment '{segment}', expected some of {', '.join(sorted(known))}")
+    if not recordings:
+        raise UserError("no recording given, expected one per segment")
+
+
+def _on_one_clock(
+    recordings: Mapping[str, ImuRecording], offsets_s: Mapping[str, float], where: str
+) -> Trial:
+    first = next(iter(recordings.values()))
+    # the digits beyond are those of time stamps written in decimals
+    rate_hz = float(f"{first.sampling_rate_hz:.6g}")
+    times = {segment: one.time_s + offsets_s[segment] for segment, one in recordings.items()}
+    begin, end = max(t[0] for t in times.values()), min(t[-1] for t in times.values())
+    try:
+        clock = uniform_clock(begin, end, rate_hz)
+    except RecordingError as error:
+        raise RecordingError(f"{where}: {error}") from error
+    imus = {}
+    for segment, one in recordings.items():
+        gap_s = max(MAX_GAP_S, 1.5 / one.sampling_rate_hz)
+        gyroscope, force = (
+            resample_vectors(times[segment], values, clock, max_gap_s=gap_s)
+            for values in (one.gyroscope_rad_s, one.accelerometer_m_s2)
+        )
+        if not np.isfinite(force).all(axis=1).any():
+            raise RecordingError(
+                f"{where}: '{segment}' has no accelerometer to tell what is up; expected its three "
+                "columns"
+            )
+        check_gravity(force, f"{where}: {segment}")
+        imus[segment] = ImuRecording(segment, clock, gyroscope, force)
+    return Trial("", "", "", "", rate_hz, imus)
+
+
+def _rests(trial: Trial, first_s: float) -> tuple[tuple[float, float], ...]:
+    """Stands at the beginning and the end."""
+    begin, end = float(trial.time_s[0]), float(trial.time_s[-1])
+    rates = [imu.gyroscope_rad_s[::-1] for imu in trial.imus.values()]
+    last_s = first_rest_s(rates, trial.sampling_rate_hz)
+    stands = ((begin, begin + first_s), (end - last_s, end))
+    return tuple(stand for stand in stands if stand[1] - stand[0] >= _MIN_REST_S)
+
+
+def _before_the_turn(trial: Trial, stand_s: tuple[float, float]) -> tuple[float, float] | None:
+    inside = (trial.time_s >= stand_s[0]) & (trial.time_s <= stand_s[1])
+    rates, up = [], []
+    for imu in trial.imus.values():
+        still, force = imu.gyroscope_rad_s[inside], imu.accelerometer_m_s2[inside]
+        if not np.isfinite(still + force).all(axis=1).any():
+            return None
+        mean = np.nanmean(force, axis=0)
+        rates.append(imu.gyroscope_rad_s - np.nanmean(still, axis=0))
+        up.append(mean / np.linalg.norm(mean))
+    begin = float(trial.time_s[0])
+    found = straight_walk_s(rates, up, trial.sampling_rate_hz, stand_s[1] - begin)
+    return None if found is None else (found[0] + begin, found[1] + begin)
+
+
+def _without_bias(trial: Trial, where: str) -> tuple[Trial, list[str]]:
+    """Take the bias from the quietest part, where nobody stands."""
+    imus, notes = {}, []
+    for segment, imu in trial.imus.items():
+        bias, note = remove_static_bias(imu, True, None, f"{where}: {segment}")
+        notes.append(f"{segment}: {note}")
+        rate = imu.gyroscope_rad_s - (0.0 if bias is None else bias)
+        imus[segment] = replace(imu, gyroscope_rad_s=rate)
+    return replace(trial, imus=imus), notes
+
+
+def _calibrated(trial: Trial, mode: Mode, where: str) -> dict[str, CalibratedSegment]:
+    """Calibrate thighs and shanks together, and other segments as far as can be."""
+    found: dict[str, CalibratedSegment] = {}
+    groups: dict[Mode, list[str]] = {}
+    for segment in trial.imus:
+        own: Mode = mode
+        if kind_of(segment) == "foot":
+            own = "walking"
+        elif kind_of(segment) not in _SWINGING:
+            own = "sensor"
+        groups.setdefault(own, []).append(segment)
+    for own, segments in groups.items():
+        part = replace(trial, imus={segment: trial.imus[segment] for segment in segments})
+        try:
+            found |= calibrate(part, own)
+        except RecordingError as error:
+            raise RecordingError(str(error).replace(trial.name, where)) from error
+    return {segment: found[segment] for segment in trial.imus}
+
+
+def _contacts_s(segments: Mapping[str, CalibratedSegment], begin_s: float) -> dict[str, FloatArray]:
+    contacts: dict[str, FloatArray] = {}
+    for segment, calibrated in segments.items():
+        side = side_of(segment)
+        if kind_of(segment) != "thigh" or side is None:
+            continue
+        signals = calibrated.signals
+        try:
+            found = gait_phases(signals.axis_rates_rad_s[:, SAGITTAL], signals.sampling_rate_hz)
+        except UserError:
+            continue
+        times = found.times_s["b"]
+        contacts[side] = times[np.isfinite(times)] + begin_s
+    return contacts

@@ -1,0 +1,119 @@
+"""Two files in, angles, strides and a picture out."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from narx.datasets import SimulatedGait, write_recording
+
+INPUT = "input={thigh_right: thigh.csv, shank_right: shänk.csv}"
+
+
+@pytest.fixture(scope="module")
+def trial():
+    source = SimulatedGait(subjects=["S1"], conditions=["normal"], treadmill_duration_s=30)
+    return next(iter(source))
+
+
+@pytest.fixture
+def folder(tmp_path, trial, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_recording("thigh.csv", trial.imus["thigh_right"])
+    write_recording("shänk.csv", trial.imus["shank_right"])
+    return tmp_path
+
+
+def test_a_leg(run_command, folder):
+    status, out, err, _ = run_command("predict", INPUT, "output=knee.csv")
+    assert (status, err) == (0, "")
+    table = pd.read_csv("knee.csv")
+    assert list(table)[:4] == [
+        "time_s", "thigh_right_sagittal_deg", "thigh_right_frontal_deg",
+        "thigh_right_transverse_deg",
+    ]  # fmt: skip
+    assert "knee_right_sagittal_std_deg" in table
+    strides = pd.read_csv("knee_strides.csv")
+    knee = strides[(strides.name == "knee_right") & (strides.axis == "sagittal")]
+    assert len(knee) > 10
+    assert (knee.range_deg - (knee.maximum_deg - knee.minimum_deg)).abs().max() < 2e-3
+    assert knee.range_deg.median() == pytest.approx(55, abs=15)
+    assert (knee.cadence_steps_per_min * knee.duration_s).median() == pytest.approx(120, abs=1)
+    cycle = pd.read_csv("knee_cycle.csv")
+    one = cycle[(cycle.name == "knee_right") & (cycle.axis == "sagittal")]
+    assert len(one) == 101
+    assert one.n_strides.iloc[0] == len(knee)
+    # the mean over the cycle cannot swing further than the strides do on average
+    assert np.ptp(one.mean_deg) <= knee.range_deg.mean() + 1e-6
+    assert (folder / "knee_cycle.png").stat().st_size > 10_000
+    assert "knee_cycle.png: right" in out
+
+
+def test_storage_files_of_opensim(run_command, folder):
+    for name in ("knee.sto", "knee.mot", "knee.parquet", "knee.csv"):
+        status, _, err, _ = run_command("predict", INPUT, f"output={name}")
+        assert (status, err) == (0, "")
+    expected = pd.read_csv("knee.csv")
+    pd.testing.assert_frame_equal(pd.read_parquet("knee.parquet"), expected)
+    for name in ("knee.sto", "knee.mot"):
+        lines = (folder / name).read_text().splitlines()
+        end = lines.index("endheader")
+        header = dict(line.split("=") for line in lines[1:end])
+        assert header["inDegrees"] == "yes"
+        table = pd.read_csv(name, sep="\t", skiprows=end + 1)
+        assert table.shape == (int(header["nRows"]), int(header["nColumns"]))
+        assert next(iter(table)) == "time"
+        np.testing.assert_allclose(table.to_numpy(), expected.to_numpy(), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["output=knee.doc"], "output: 'knee.doc', expected a name that ends in .csv"),
+        (["output=thigh.csv"], "output: 'thigh.csv' is the input"),
+        (["output=k.csv", "walking_s=3"], "walking_s is 3, expected [begin, end] in s"),
+        (["output=k.csv", "align=x"], "align is 'x'"),
+        (["output=k.csv", "columns=x"], "columns is x, expected time, gyroscope"),
+        (["output=k.csv", "device=none.yaml"], "none.yaml: no such file"),
+        (["output=k.csv", "input={thigh_right: thigh.csv, shank_right: thigh.csv}"],
+         "input: 'thigh.csv' is given for two segments"),
+        (["output=k.csv", "input={thigh_right: [1, 2]}"], "expected the name of a file"),
+        (["output=k.csv", "input={knie: thigh.csv}"], "segment 'knie', expected some of"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_one_line(run_command, folder, overrides, message):
+    own = [INPUT] if not any(o.startswith("input") for o in overrides) else []
+    status, _, err, _ = run_command("predict", *own, *overrides)
+    assert status == 2
+    assert message in err
+    assert len(err.strip().splitlines()) == 1
+    assert not (folder / "k.csv").exists()
+
+
+def test_columns_are_mapped_on_the_spot(run_command, folder, trial):
+    imu = trial.imus["thigh_right"]
+    table = pd.DataFrame({"t": imu.time_s * 1e3})
+    for k, axis in enumerate("xyz"):
+        table[f"w{axis}"] = np.degrees(imu.gyroscope_rad_s[:, k])
+        table[f"a{axis}"] = imu.accelerometer_m_s2[:, k]
+    table.to_csv("own.csv", index=False, sep=";")
+    columns = (
+        "columns={time: {names: t, unit: ms}, gyroscope: {names: 'w{axis}', unit: deg/s}, "
+        "accelerometer: {names: 'a{axis}', unit: 'm/s^2'}}"
+    )
+    status, _, err, _ = run_command("predict", "input=own.csv", "output=own_angles.csv", columns)
+    assert (status, err) == (0, "")
+    status, _, err, _ = run_command("predict", "input=thigh.csv", "output=angles.csv")
+    assert (status, err) == (0, "")
+    own, plain = pd.read_csv("own_angles.csv"), pd.read_csv("angles.csv")
+    np.testing.assert_allclose(own.to_numpy(), plain.to_numpy(), atol=1e-4)
+
+
+def test_the_demo(run_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, _, err, _ = run_command("demo_recordings", "output=demo", "duration_s=30")
+    assert (status, err) == (0, "")
+    assert sorted(p.name for p in (tmp_path / "demo").iterdir()) == [
+        "shank_right.csv", "thigh_right.csv",
+    ]  # fmt: skip
+    status, _, err, _ = run_command("demo_recordings", "duration_s=1")
+    assert (status, len(err.splitlines())) == (2, 1)

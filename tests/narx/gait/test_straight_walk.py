@@ -1,0 +1,27 @@
+"""A walker who stands, walks, and turns at a known time."""
+
+import numpy as np
+import pytest
+
+from narx.gait.straight_walk import straight_walk_s
+
+RATE_HZ = 50.0
+UP = np.array([0.0, 0.6, 0.8])
+
+
+def _rates(turn_at_s, drift_rad_s=0.0):
+    time = np.arange(0.0, 40.0, 1 / RATE_HZ)
+    step = np.where((time > 4), 0.5 * np.sin(2 * np.pi * 0.9 * time), 0.0)
+    turn = np.where((time > turn_at_s) & (time < turn_at_s + 2), np.pi / 2, 0.0)
+    return (step + turn + drift_rad_s)[:, None] * UP
+
+
+def test_the_walk_ends_where_the_turn_begins():
+    begin, end = straight_walk_s([_rates(20.0), _rates(20.0)], [UP, UP], RATE_HZ, 4.0)
+    assert begin == 4.0
+    assert end == pytest.approx(20.0, abs=0.5)
+
+
+@pytest.mark.parametrize(("turn_at_s", "drift_rad_s"), [(100.0, 0.0), (100.0, 0.05), (5.0, 0.0)])
+def test_without_a_turn_or_without_a_walk_there_is_none(turn_at_s, drift_rad_s):
+    assert straight_walk_s([_rates(turn_at_s, drift_rad_s)], [UP], RATE_HZ, 4.0) is None

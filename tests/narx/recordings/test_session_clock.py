@@ -1,0 +1,56 @@
+"""Sensors whose clocks are shifted by known times."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from narx.datasets.simulated_gait import SimulatedGait
+from narx.errors import RecordingError, UserError
+from narx.recordings.session_clock import clock_offsets_s
+from narx.recordings.trial import ImuRecording
+
+
+@pytest.fixture(scope="module")
+def leg():
+    source = SimulatedGait(subjects=["S1"], conditions=["normal"], treadmill_duration_s=40)
+    trial = next(iter(source))
+    return {segment: trial.imus[segment] for segment in ("thigh_right", "shank_right")}
+
+
+def _shifted(leg, shift_s):
+    shank = leg["shank_right"]
+    return leg | {"shank_right": replace(shank, time_s=shank.time_s + shift_s)}
+
+
+@pytest.mark.parametrize("shift_s", [0.0, 3.37, -2.0, 500.0])
+def test_the_shift_is_found_in_the_movement(leg, shift_s):
+    offsets, notes = clock_offsets_s(_shifted(leg, shift_s), "correlation", "s")
+    assert offsets["thigh_right"] == 0.0
+    assert offsets["shank_right"] == pytest.approx(-shift_s, abs=0.005)
+    assert "the shocks of foot contacts" in notes[0]
+
+
+def test_overlapping_stamps_are_believed_and_doubted_aloud(leg):
+    offsets, notes = clock_offsets_s(leg, "auto", "s")
+    assert set(offsets.values()) == {0.0}
+    assert notes == ["sensors aligned by their time stamps"]
+    offsets, notes = clock_offsets_s(_shifted(leg, 3.37), "auto", "s")
+    assert set(offsets.values()) == {0.0}
+    assert "3.37 s apart (align=correlation to believe it)" in notes[1]
+
+
+def test_stamps_without_overlap_are_not_believed(leg):
+    offsets, _ = clock_offsets_s(_shifted(leg, 1e5), "auto", "s")
+    assert offsets["shank_right"] == pytest.approx(-1e5, abs=0.005)
+
+
+def test_what_cannot_be_aligned_is_refused(leg):
+    rng = np.random.default_rng(0)
+    noise = ImuRecording("shank_right", leg["thigh_right"].time_s,
+                         rng.normal(0, 1e-3, (len(leg["thigh_right"].time_s), 3)),
+                         np.full((len(leg["thigh_right"].time_s), 3), np.nan))  # fmt: skip
+    with pytest.raises(RecordingError, match=r"^s: 'thigh_right' and 'shank_right' do not move"):
+        clock_offsets_s(leg | {"shank_right": noise}, "correlation", "s")
+    with pytest.raises(UserError, match="align is 'magic', expected one of auto, stamps"):
+        clock_offsets_s(leg, "magic", "s")
