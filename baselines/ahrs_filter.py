@@ -10,7 +10,8 @@ from narx.kinematics.segment_angles import (
     orientation_from_angles,
     tilt_from_specific_force,
 )
-from narx.method import SegmentSignals, Step
+from narx.method import SegmentSignals
+from narx.recursion import Step
 from narx.types import FloatArray
 
 
@@ -53,30 +54,38 @@ class AhrsFilter(OrientationFilter):
         )
         return out
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
+    def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
         self.heading.refuse_stream(self.name)
-        angles = AnglesOneByOne()
-        quaternion: FloatArray | None = None
-        bias, out = np.zeros(3), np.empty((1, 4))
+        return _AhrsStep(type(self), 1.0 / sampling_rate_hz, self._gains, initial_angles_rad)
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal quaternion
-            force = np.array(specific_force, dtype=float)
-            if quaternion is None:
-                quaternion = _from_gravity(force)
-                return angles(quaternion)
-            type(self).kernel(
-                gyroscope_xyz(axis_rates)[None],
-                force[None],
-                1.0 / sampling_rate_hz,
-                self._gains,
-                quaternion,
-                bias,
-                out,
-            )
-            return angles(out[0])
 
-        return step
+class _AhrsStep:
+    def __init__(
+        self, method: type[AhrsFilter], interval_s: float, gains: Any, initial: FloatArray | None
+    ) -> None:
+        self.method, self.interval_s, self.gains, self.initial = method, interval_s, gains, initial
+        self.angles = AnglesOneByOne(initial)
+        self.quaternion: FloatArray | None = None
+        self.bias, self.out = np.zeros(3), np.empty((1, 4))
+
+    def __call__(self, axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+        force = np.array(specific_force, dtype=float)
+        if self.quaternion is None:
+            if self.initial is None:
+                self.quaternion = _from_gravity(force)
+            else:
+                self.quaternion = orientation_from_angles(self.initial)[0]
+            return self.angles(self.quaternion)
+        self.method.kernel(
+            gyroscope_xyz(axis_rates)[None],
+            force[None],
+            self.interval_s,
+            self.gains,
+            self.quaternion,
+            self.bias,
+            self.out,
+        )
+        return self.angles(self.out[0])
 
 
 def _from_gravity(specific_force_m_s2: FloatArray) -> FloatArray:

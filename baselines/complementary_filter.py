@@ -1,6 +1,7 @@
 """First-order complementary filter: the gyroscope above a crossover, the accelerometer below."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -133,12 +134,17 @@ class ComplementaryFilter(RecursiveMethod):
         return signals.axis_rates_rad_s, tilts
 
     def _inputs_one_by_one(self, sampling_rate_hz: float) -> Inputs:
-        def inputs(
-            axis_rates: FloatArray, specific_force: FloatArray
-        ) -> tuple[FloatArray, Sequence[Any]]:
-            tilts: list[Any] = [np.nan] * 3
-            for axis in self.columns:
-                tilts[axis] = tilt(axis == FRONTAL, *specific_force)
-            return axis_rates, tilts
+        return _TiltInputs(self.columns)
 
-        return inputs
+
+@dataclass
+class _TiltInputs:
+    columns: Sequence[int]
+
+    def __call__(
+        self, axis_rates: FloatArray, specific_force: FloatArray
+    ) -> tuple[FloatArray, Sequence[Any]]:
+        tilts: list[Any] = [np.nan] * 3
+        for axis in self.columns:
+            tilts[axis] = tilt(axis == FRONTAL, *specific_force)
+        return axis_rates, tilts

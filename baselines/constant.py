@@ -4,7 +4,8 @@ import numpy as np
 
 from narx.baselines.recursive import GivenStartUp
 from narx.inference.composition import start_up_of
-from narx.inference.start_up import POSTURE_WEIGHT, StartUp
+from narx.inference.start_up import StartUp
+from narx.kernels.start_up import POSTURE_WEIGHT
 from narx.method import OrientationMethod, SegmentSignals
 from narx.types import FloatArray
 

@@ -1,6 +1,6 @@
 """Gyro integration-based orientation filter: integrate, and take gravity when it is alone."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from typing import Any
@@ -206,31 +206,38 @@ class Giof(RecursiveMethod):
                 f"method {self.name}: mode=offline needs the whole recording; "
                 "mode=real_time runs sample by sample"
             )
-        smooth = _channel_filters(self._butterworth(sampling_rate_hz))
-        offset = self.static_offset_rad_s.tolist()
-        low, high = self._norm_squared_range
-        needed, rested = self._rest_samples(sampling_rate_hz), 0
+        return _GiofInputs(self, sampling_rate_hz)
 
-        def inputs(
-            axis_rates: FloatArray, specific_force: FloatArray
-        ) -> tuple[Sequence[Any], Sequence[Any]]:
-            nonlocal rested
-            wanted = range(3) if self.coupled else self.columns
-            rates: list[Any] = [0.0] * 3
-            for axis in wanted:
-                rates[axis] = smooth[axis](axis_rates[axis]) - offset[axis]
-            x, y, z = (smooth[3 + i](specific_force[i]) for i in range(3))
-            resting = gravity_alone(x, y, z, low, high) and all(
-                abs(rates[axis]) < self.rate_threshold_rad_s for axis in self.columns
-            )
-            rested = rested + 1 if resting else 0
-            angles: list[Any] = [np.nan] * 3
-            if rested >= needed:
-                for axis in self.columns:
-                    angles[axis] = tilt(axis == FRONTAL, x, y, z)
-            return rates, angles
 
-        return inputs
+class _GiofInputs:
+    def __init__(self, method: Giof, sampling_rate_hz: float) -> None:
+        coefficients = method._butterworth(sampling_rate_hz)
+        self.low_pass = None if coefficients is None else [_Biquad(*coefficients) for _ in range(6)]
+        self.offset = method.static_offset_rad_s.tolist()
+        self.columns, self.wanted = method.columns, range(3) if method.coupled else method.columns
+        self.norm_squared_range = method._norm_squared_range
+        self.threshold = method.rate_threshold_rad_s
+        self.needed, self.rested = method._rest_samples(sampling_rate_hz), 0
+
+    def __call__(
+        self, axis_rates: FloatArray, specific_force: FloatArray
+    ) -> tuple[Sequence[Any], Sequence[Any]]:
+        rates: list[Any] = [0.0] * 3
+        for axis in self.wanted:
+            rates[axis] = self._smooth(axis, axis_rates[axis]) - self.offset[axis]
+        x, y, z = (self._smooth(3 + i, specific_force[i]) for i in range(3))
+        resting = gravity_alone(x, y, z, *self.norm_squared_range) and all(
+            abs(rates[axis]) < self.threshold for axis in self.columns
+        )
+        self.rested = self.rested + 1 if resting else 0
+        angles: list[Any] = [np.nan] * 3
+        if self.rested >= self.needed:
+            for axis in self.columns:
+                angles[axis] = tilt(axis == FRONTAL, x, y, z)
+        return rates, angles
+
+    def _smooth(self, channel: int, value: Any) -> Any:
+        return value if self.low_pass is None else self.low_pass[channel](value)
 
 
 def _run_lengths(true: BoolArray) -> NDArray[np.int64]:
@@ -239,25 +246,17 @@ def _run_lengths(true: BoolArray) -> NDArray[np.int64]:
     return count - np.maximum.accumulate(np.where(true, 0, count))
 
 
-def _channel_filters(
-    coefficients: tuple[FloatArray, FloatArray] | None,
-) -> list[Callable[[float], float]]:
-    """Low-pass filters of the six channels, one sample at a time."""
-    if coefficients is None:
-        return [lambda value: value] * 6
-    return [_biquad(*(c.tolist() for c in coefficients)) for _ in range(6)]
+class _Biquad:
+    """Second-order filter in transposed direct form II, as in scipy, one sample at a time."""
 
+    def __init__(self, b: FloatArray, a: FloatArray) -> None:
+        self.b, self.a = b.tolist(), a.tolist()
+        self.rest = signal.lfilter_zi(b, a).tolist()
+        self.memory: tuple[Any, Any] | None = None
 
-def _biquad(b: list[float], a: list[float]) -> Callable[[float], float]:
-    """Second-order filter in transposed direct form II, as in scipy."""
-    rest = signal.lfilter_zi(b, a).tolist()
-    memory: tuple[float, float] | None = None
-
-    def step(value: float) -> float:
-        nonlocal memory
-        first, second = memory or (rest[0] * value, rest[1] * value)
+    def __call__(self, value: Any) -> Any:
+        b, a = self.b, self.a
+        first, second = self.memory or (self.rest[0] * value, self.rest[1] * value)
         out = b[0] * value + first
-        memory = b[1] * value - a[1] * out + second, b[2] * value - a[2] * out
+        self.memory = b[1] * value - a[1] * out + second, b[2] * value - a[2] * out
         return out
-
-    return step

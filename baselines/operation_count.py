@@ -171,7 +171,7 @@ def count_stream(method: OrientationMethod, signals: SegmentSignals) -> dict[str
     """
     if not method.streams:
         raise MethodNotApplicableError(f"method {method.name} does not run sample by sample")
-    step = method._stream(signals.sampling_rate_hz)
+    step = method._step(signals.sampling_rate_hz, None)
     counts: Counter[str] = Counter()
     for k in range(signals.n_samples):
         if k == 1:

@@ -57,11 +57,19 @@ class OrientationFilter(OrientationMethod):
 
 
 class AnglesOneByOne:
-    """Angles of one orientation after the other, from zero heading."""
+    """Angles of one orientation after the other.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    initial_angles_rad : ndarray, shape (3,), optional
+        For the heading at the first sample; zero where it is not known.
+    """
+
+    def __init__(self, initial_angles_rad: FloatArray | None) -> None:
         self._offset: float | None = None
         self._heading = 0.0
+        if initial_angles_rad is not None:
+            self._heading = float(initial_angles_rad[TRANSVERSE])
 
     def __call__(self, quaternion_wxyz: ArrayLike) -> FloatArray:
         """Turn the next orientation into angles.
@@ -78,7 +86,7 @@ class AnglesOneByOne:
         """
         angles = angles_from_orientation(quaternion_wxyz)[0]
         if self._offset is None:
-            self._offset = float(angles[TRANSVERSE])
+            self._offset = float(angles[TRANSVERSE]) - self._heading
         change = angles[TRANSVERSE] - self._offset - self._heading
         self._heading += change - 2.0 * np.pi * np.round(change / (2.0 * np.pi))
         angles[TRANSVERSE] = self._heading

@@ -1,6 +1,7 @@
 """Pseudo-integrator: a band-pass that integrates above its breakpoint and forgets below it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -115,13 +116,21 @@ class PseudoIntegrator(RecursiveMethod):
                 "recording: to run it sample by sample, give gait_frequency_hz or set "
                 "frequency=following"
             )
-        track = self._tracker.start(sampling_rate_hz)
-        scale = 2.0 * np.pi * self.breakpoint_ratio
+        return _BreakpointInputs(
+            self._tracker.start(sampling_rate_hz), fixed_hz, 2.0 * np.pi * self.breakpoint_ratio
+        )
 
-        def inputs(
-            axis_rates: FloatArray, specific_force: FloatArray
-        ) -> tuple[FloatArray, Sequence[float]]:
-            frequency = track(axis_rates[SAGITTAL]) if fixed_hz is None else fixed_hz
-            return axis_rates, (scale * frequency,) * 3
 
-        return inputs
+@dataclass
+class _BreakpointInputs:
+    track: Callable[[float], float]
+    fixed_hz: float | None
+    scale: float
+
+    def __call__(
+        self, axis_rates: FloatArray, specific_force: FloatArray
+    ) -> tuple[FloatArray, Sequence[float]]:
+        frequency = self.fixed_hz
+        if frequency is None:
+            frequency = self.track(axis_rates[SAGITTAL])
+        return axis_rates, (self.scale * frequency,) * 3

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,8 @@ from narx.kernels.recursions import (
     rates_of_angles,
     run_recursion,
 )
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.method import OrientationMethod, SegmentSignals
+from narx.recursion import Step
 from narx.types import FloatArray
 
 # of a sample: the rates to run on, and a number an axis that the recursion takes beside them
@@ -88,7 +90,7 @@ class RecursiveMethod(OrientationMethod):
 
     def _inputs_one_by_one(self, sampling_rate_hz: float) -> Inputs:
         """The same for a stream, (3,) each."""
-        return lambda axis_rates, specific_force: (axis_rates, _NONE)
+        return _RatesAlone()
 
     @property
     def _extras_are_angles(self) -> bool:
@@ -108,25 +110,40 @@ class RecursiveMethod(OrientationMethod):
         angles[:, self._unobserved] = np.nan
         return self.heading.of(angles, *known, self.composition.start_up)
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
+    def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
         self.composition.refuse_stream(self.name)
         self.heading.refuse_stream(self.name)
-        composed = self.composition.stream(
-            _OneByOne(self, sampling_rate_hz), 1.0 / sampling_rate_hz
-        )
-        unobserved = self._unobserved
-
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            angles = composed(axis_rates, specific_force)
-            angles[unobserved] = np.nan
-            return angles
-
-        return step
+        one_by_one = _OneByOne(self, sampling_rate_hz)
+        composed = self.composition.stream(one_by_one, 1.0 / sampling_rate_hz, initial_angles_rad)
+        return _ObservedAxes(composed, self._unobserved)
 
     @property
     def _unobserved(self) -> list[int]:
         # a start-up follows all three axes
         return [axis for axis in _ALL if axis not in self.columns]
+
+
+@dataclass
+class _ObservedAxes:
+    """A step without the axes that the method does not observe."""
+
+    composed: Step
+    unobserved: list[int]
+
+    def __call__(self, axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+        angles = self.composed(axis_rates, specific_force)
+        angles[self.unobserved] = np.nan
+        return angles
+
+
+@dataclass
+class _RatesAlone:
+    """Inputs of a method that takes no number beside the rates."""
+
+    def __call__(
+        self, axis_rates: FloatArray, specific_force: FloatArray
+    ) -> tuple[FloatArray, Sequence[Any]]:
+        return axis_rates, _NONE
 
 
 class _Start:

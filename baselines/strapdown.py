@@ -4,9 +4,15 @@ import numpy as np
 
 from narx.baselines.parameters import one_of
 from narx.kernels.strapdown import compose_turns
-from narx.kinematics.segment_angles import TRANSVERSE, angles_from_orientation, gyroscope_xyz
+from narx.kinematics.segment_angles import (
+    TRANSVERSE,
+    angles_from_orientation,
+    gyroscope_xyz,
+    orientation_from_angles,
+)
 from narx.kinematics.strapdown import strapdown_orientation
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.method import OrientationMethod, SegmentSignals
+from narx.recursion import Step
 from narx.types import FloatArray
 
 
@@ -42,24 +48,28 @@ class Strapdown(OrientationMethod):
         angles[:, TRANSVERSE] += _whole_turns(start[TRANSVERSE] - angles[0, TRANSVERSE])
         return angles
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
-        interval_s = 1.0 / sampling_rate_hz
-        orientation = np.array([1.0, 0.0, 0.0, 0.0])
-        before: FloatArray | None = None
-        heading = 0.0
+    def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
+        start = np.zeros(3) if initial_angles_rad is None else np.asarray(initial_angles_rad)
+        return _StrapdownStep(1.0 / sampling_rate_hz, self.rule, start)
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal orientation, before, heading
-            if before is not None:
-                between = _between(np.stack([before, axis_rates]), self.rule)
-                orientation = compose_turns(orientation, gyroscope_xyz(between * interval_s))[-1]
-            before = np.array(axis_rates, dtype=float)
-            angles = angles_from_orientation(orientation)[0]
-            angles[TRANSVERSE] += _whole_turns(heading - angles[TRANSVERSE])
-            heading = float(angles[TRANSVERSE])
-            return angles
 
-        return step
+class _StrapdownStep:
+    def __init__(self, interval_s: float, rule: str, start: FloatArray) -> None:
+        self.interval_s, self.rule = interval_s, rule
+        self.orientation = orientation_from_angles(start)[0]
+        self.heading = float(start[TRANSVERSE])
+        self.before: FloatArray | None = None
+
+    def __call__(self, axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+        if self.before is not None:
+            between = _between(np.stack([self.before, axis_rates]), self.rule)
+            turns = gyroscope_xyz(between * self.interval_s)
+            self.orientation = compose_turns(self.orientation, turns)[-1]
+        self.before = np.array(axis_rates, dtype=float)
+        angles = angles_from_orientation(self.orientation)[0]
+        angles[TRANSVERSE] += _whole_turns(self.heading - angles[TRANSVERSE])
+        self.heading = float(angles[TRANSVERSE])
+        return angles
 
 
 def _between(rates: FloatArray, rule: str) -> FloatArray:

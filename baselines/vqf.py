@@ -1,5 +1,7 @@
 """Adapter to VQF, the orientation filter of Laidig and Seel (library `vqf`)."""
 
+from typing import Any
+
 import numpy as np
 
 from narx.baselines.orientation_filter import AnglesOneByOne, OrientationFilter
@@ -7,7 +9,8 @@ from narx.baselines.parameters import optional_library, positive
 from narx.baselines.recursive import GivenStartUp
 from narx.errors import MethodNotApplicableError
 from narx.kinematics.segment_angles import gyroscope_xyz
-from narx.method import SegmentSignals, Step
+from narx.method import SegmentSignals
+from narx.recursion import Step
 from narx.types import FloatArray
 
 
@@ -74,18 +77,38 @@ class Vqf(OrientationFilter):
             result = vqf.updateBatch(gyroscope, accelerometer)
         return np.asarray(result["quat6D"])
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
+    def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
         if self.offline:
             raise MethodNotApplicableError(
                 f"method {self.name}: offline=true needs the whole recording; "
                 "offline=false runs sample by sample"
             )
         self.heading.refuse_stream(self.name)
-        vqf = self._library.VQF(1.0 / sampling_rate_hz, **self._parameters)
-        angles = AnglesOneByOne()
+        return _VqfStep(1.0 / sampling_rate_hz, self._parameters, initial_angles_rad)
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            vqf.update(gyroscope_xyz(axis_rates), np.ascontiguousarray(specific_force, dtype=float))
-            return angles(vqf.getQuat6D())
 
-        return step
+class _VqfStep:
+    def __init__(
+        self, interval_s: float, parameters: dict[str, Any], initial: FloatArray | None
+    ) -> None:
+        self._arguments = interval_s, parameters
+        self._angles = AnglesOneByOne(initial)
+        self._vqf = self._made()
+
+    def _made(self) -> Any:
+        interval_s, parameters = self._arguments
+        return optional_library(Vqf.name, "vqf").VQF(interval_s, **parameters)
+
+    def __call__(self, axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+        force = np.ascontiguousarray(specific_force, dtype=float)
+        self._vqf.update(gyroscope_xyz(axis_rates), force)
+        return self._angles(self._vqf.getQuat6D())
+
+    # the library's objects cannot be pickled, but their state can be read and set
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_vqf": self._vqf.state}
+
+    def __setstate__(self, content: dict[str, Any]) -> None:
+        vars(self).update(content)
+        self._vqf = self._made()
+        self._vqf.state = content["_vqf"]

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.method import OrientationMethod, SegmentSignals
+from narx.recursion import Step
 from narx.types import FloatArray
 
 
@@ -20,5 +21,10 @@ class Zero(OrientationMethod):
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         return np.zeros((signals.n_samples, 3))
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
-        return lambda axis_rates, specific_force: np.zeros(3)
+    def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
+        return _ZeroStep()
+
+
+class _ZeroStep:
+    def __call__(self, axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+        return np.zeros(3)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from narx.inference import (
         Checkpoint,
         NarxMethod,
+        OrientationStream,
         angles_from_gyroscope,
         predict,
         predict_session,
@@ -33,6 +34,7 @@ _ROOM_OF = {
     "Narx": "narx.network",
     "NarxMethod": "narx.inference",
     "Objective": "narx.training",
+    "OrientationStream": "narx.inference",
     "predict": "narx.inference",
     "predict_session": "narx.inference",
     "SimulatedGait": "narx.datasets",
@@ -49,6 +51,7 @@ __all__ = [
     "Narx",
     "NarxMethod",
     "Objective",
+    "OrientationStream",
     "SimulatedGait",
     "Trainer",
     "TrainingSequence",

@@ -1,17 +1,21 @@
 """The one interface that the network and every baseline share."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from narx.errors import MethodNotApplicableError
+from narx.kernels.clock import lay_out
+from narx.recursion import Recursion, SampleBySample, Step
 from narx.types import BoolArray, FloatArray
 
-# one sample in (axis rates (3,), specific force (3,)), three angles out
-Step = Callable[[FloatArray, FloatArray], FloatArray]
+# a few lost samples are interpolated across, a lost part of a stride is not
+MAX_GAP_S = 0.05
+# no leg turns half as fast (1700 deg/s); a sample beyond is a fault and counts as missing
+RATE_LIMIT_RAD_S = 30.0
 
 
 @dataclass(frozen=True)
@@ -75,9 +79,10 @@ class SegmentSignals:
 class OrientationMethod(ABC):
     """Estimates a segment's three angles from its calibrated signals.
 
-    A subclass implements `_estimate` for signals without gaps, and `stream` where the method is
-    meant to run sample by sample; both must agree. Missing samples never reach a subclass: a
-    method pauses in a gap, answers NaN there, and goes on from the state it had.
+    A subclass implements `_estimate` for signals without gaps, and `_step` where the method is
+    meant to run sample by sample; both must agree. Missing samples never reach a subclass: gaps of
+    up to `MAX_GAP_S` are interpolated across, in longer ones the method pauses and goes on from
+    the state it had. The angles of missing samples are NaN either way.
     """
 
     name: ClassVar[str]
@@ -103,17 +108,66 @@ class OrientationMethod(ABC):
         MethodNotApplicableError
             If the recording lacks something that the method needs.
         """
-        needed = [signals.axis_rates_rad_s]
-        if self.needs_accelerometer:
-            needed.append(signals.specific_force_m_s2)
-        # looking sample by sample takes as long as the simpler methods themselves
-        if all(np.isfinite(values).all() for values in needed):
+        samples = self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2)
+        there = usable(samples)
+        if there.all():
             return self._estimate(signals)
-        there: BoolArray = np.asarray(np.isfinite(np.hstack(needed)).all(axis=1))
         angles = np.full((signals.n_samples, 3), np.nan)
         if there.any():
-            angles[there] = self._estimate(signals.select(there))
+            bridged, tick_of = self.bridged(signals)
+            angles[there] = self._estimate(bridged)[tick_of[there]]
         return angles
+
+    def samples(self, axis_rates_rad_s: FloatArray, specific_force_m_s2: FloatArray) -> FloatArray:
+        """Join what the method looks at.
+
+        Parameters
+        ----------
+        axis_rates_rad_s, specific_force_m_s2 : ndarray, shape (..., 3)
+            As in `SegmentSignals`.
+
+        Returns
+        -------
+        ndarray, shape (..., C)
+            The three rates, and the three forces if the method needs them.
+        """
+        if not self.needs_accelerometer:
+            return axis_rates_rad_s
+        return np.concatenate([axis_rates_rad_s, specific_force_m_s2], axis=-1)
+
+    def bridged(self, signals: SegmentSignals) -> tuple[SegmentSignals, NDArray[np.int64]]:
+        """Interpolate short gaps and leave long ones out.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            With missing samples.
+
+        Returns
+        -------
+        signals : SegmentSignals
+            Without; the remaining samples as if they followed one another.
+        tick_of : ndarray of int, shape (N,)
+            Which of them a sample is, or for a missing one the latest before it (-1: none).
+        """
+        samples = self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2)
+        shape, interval_s = (1, signals.n_samples), signals.interval_s
+        tick_of = np.empty(shape, np.int64)
+        ticks, _ = lay_out(
+            np.ascontiguousarray(samples[None], dtype=np.float64),
+            np.full(shape, interval_s),
+            RATE_LIMIT_RAD_S,
+            interval_s,
+            longest_gap_s(interval_s),
+            np.zeros((1, samples.shape[1])),
+            np.zeros((1, 3)),
+            tick_of,
+            np.empty(shape),
+            np.empty(shape, np.int8),
+        )
+        force = ticks[:, 3:] if self.needs_accelerometer else np.full_like(ticks, np.nan)
+        filled = replace(signals, axis_rates_rad_s=ticks[:, :3], specific_force_m_s2=force)
+        return filled, tick_of[0]
 
     def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
         """Predict the standard deviation of the error at every sample.
@@ -134,20 +188,34 @@ class OrientationMethod(ABC):
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles, shape (N, 3), of signals without a missing sample."""
 
-    def stream(self, sampling_rate_hz: float) -> Step:
-        """Start the method for use sample by sample, from zero angles.
+    def stds_rad(self) -> FloatArray | None:
+        """Standard deviations of the error after the start-up and during it.
+
+        Returns
+        -------
+        ndarray, shape (2, 3), or None
+            rad; None where the method predicts none.
+        """
+        return None
+
+    def recursion(
+        self, sampling_rate_hz: float, n_sensors: int, initial_angles_rad: FloatArray | None
+    ) -> Recursion:
+        """Start the method for use as samples come (`narx.inference.stream`).
 
         Parameters
         ----------
         sampling_rate_hz : float
             Rate at which samples will come.
+        n_sensors : int
+            Sensors that run side by side.
+        initial_angles_rad : ndarray, shape (n_sensors, 3), optional
+            Known start poses; None where they are unknown.
 
         Returns
         -------
-        callable
-            ``step(axis_rates (3,), specific_force (3,)) -> angles (3,)``, equal to `estimate`
-            on the same samples. A sample with a NaN that the method needs gives NaN and leaves
-            the state as it was.
+        Recursion
+            Gives the angles that `estimate` gives.
 
         Raises
         ------
@@ -156,18 +224,45 @@ class OrientationMethod(ABC):
         """
         if not self.streams:
             raise MethodNotApplicableError(f"{self.name} needs the whole recording to estimate")
-        step = self._stream(sampling_rate_hz)
-        missing = np.full(3, np.nan)
+        starts = [None] * n_sensors if initial_angles_rad is None else list(initial_angles_rad)
+        return SampleBySample([self._step(sampling_rate_hz, start) for start in starts])
 
-        def guarded(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            if not np.isfinite(axis_rates).all() or (
-                self.needs_accelerometer and not np.isfinite(specific_force).all()
-            ):
-                return missing.copy()
-            return step(axis_rates, specific_force)
-
-        return guarded
-
-    def _stream(self, sampling_rate_hz: float) -> Step:
+    def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
         """Start the recursion; override where `streams` is True."""
         raise NotImplementedError
+
+
+def usable(samples: FloatArray) -> BoolArray:
+    """Tell which samples are not missing.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (..., C)
+        From `OrientationMethod.samples`: the first three are rates.
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+        False where a value is not finite or a rate beyond `RATE_LIMIT_RAD_S`.
+    """
+    # NaN is not below the limit either
+    there: BoolArray = np.asarray((np.abs(samples[..., :3]) <= RATE_LIMIT_RAD_S).all(axis=-1))
+    if samples.shape[-1] > 3:
+        there &= np.isfinite(samples[..., 3:]).all(axis=-1)
+    return there
+
+
+def longest_gap_s(interval_s: float) -> float:
+    """Time between two samples up to which what lies between is interpolated.
+
+    Parameters
+    ----------
+    interval_s : float
+        Sampling interval, s.
+
+    Returns
+    -------
+    float
+        `MAX_GAP_S`, but more than one interval.
+    """
+    return max(MAX_GAP_S, 1.5 * interval_s)

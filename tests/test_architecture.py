@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # a room may import from floors before its own and from itself; rooms of one floor do not meet
 FLOORS = (
     ("errors", "files", "types"),
-    ("kernels", "settings"),
+    ("kernels", "recursion", "settings"),
     ("kinematics",),
     ("recordings", "method", "network"),
     ("simulation", "gait", "calibration", "windows"),

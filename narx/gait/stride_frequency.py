@@ -140,15 +140,7 @@ class StrideFrequencyTracker:
         callable
             ``step(sagittal_rate_rad_s) -> stride frequency in Hz``.
         """
-        constants = self._constants(sampling_rate_hz)
-        state = self._first_state()
-
-        def step(sagittal_rate_rad_s: float) -> float:
-            nonlocal state
-            state = track(state, sagittal_rate_rad_s, constants)
-            return 1.0 / state[2]
-
-        return step
+        return _Following(self._first_state(), self._constants(sampling_rate_hz))
 
     def follow(self, sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float) -> FloatArray:
         """Follow a whole recording; the same numbers as sample by sample.
@@ -181,3 +173,15 @@ class StrideFrequencyTracker:
             1.0 / self.frequency_range_hz[0],
             self.smoothing,
         )
+
+
+@dataclass
+class _Following:
+    """A tracker at work; a class and no closure, so that it can be copied and pickled."""
+
+    state: TrackerState
+    constants: tuple[float, ...]
+
+    def __call__(self, sagittal_rate_rad_s: float) -> float:
+        self.state = track(self.state, sagittal_rate_rad_s, self.constants)
+        return 1.0 / self.state[2]

@@ -6,11 +6,15 @@ from narx.inference.predict import Prediction, angles_from_gyroscope, predict
 from narx.inference.pretrained import pretrained
 from narx.inference.session import SessionPrediction, predict_session
 from narx.inference.start_up import StartUp
+from narx.inference.stream import Estimate, OrientationStream, Quality
 
 __all__ = [
     "Checkpoint",
+    "Estimate",
     "NarxMethod",
+    "OrientationStream",
     "Prediction",
+    "Quality",
     "SessionPrediction",
     "StartUp",
     "angles_from_gyroscope",

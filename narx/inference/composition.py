@@ -17,7 +17,7 @@ from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.smoothing import forward_share, turned_round
 from narx.inference.start_up import StartUp
 from narx.inference.washout import wash_out, washout_gain
-from narx.method import Step
+from narx.recursion import Step
 from narx.types import FloatArray
 
 
@@ -261,8 +261,10 @@ class Composition:
                 f"{method}: smoothing needs the whole recording, use smoothing=false"
             )
 
-    def stream(self, recursion: StepRecursion, interval_s: float) -> Step:
-        """Run sample by sample, from an unknown start.
+    def stream(
+        self, recursion: StepRecursion, interval_s: float, initial_angles_rad: FloatArray | None
+    ) -> Step:
+        """Run sample by sample.
 
         Parameters
         ----------
@@ -270,29 +272,45 @@ class Composition:
             Fresh.
         interval_s : float
             Sampling interval, s.
+        initial_angles_rad : ndarray, shape (3,), optional
+            Known start pose.
 
         Returns
         -------
         callable
             ``step(axis_rates (3,), specific_force (3,)) -> angles (3,)``.
         """
-        start_up, posture, mean = self.start_up, np.zeros(3), np.zeros(3)
-        gain = washout_gain(self.washout_s, interval_s)
-        starting = start_up is not None and start_up.duration_s > 0
-        state = None if starting else recursion.begin(None)
-        begun = None if start_up is None else start_up.begin(None)
+        return _ComposedStep(self, recursion, interval_s, initial_angles_rad)
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            nonlocal starting, state, posture
-            recursion.observe(axis_rates, specific_force)
-            if starting and start_up is not None and begun is not None:
-                angles = start_up.run(axis_rates[None], interval_s, begun, recursion.coupled)[0]
-                if start_up.is_over(begun):
-                    starting = False
-                    posture, *followed = StartUp.hand_over(begun, interval_s)
-                    state = recursion.take_over(*followed)
-                return np.asarray(angles)
-            output, state = recursion.step(state, posture)
-            return wash_out(output[None], posture, gain, mean)[0] if gain else output
 
-        return step
+class _ComposedStep:
+    def __init__(
+        self,
+        composition: Composition,
+        recursion: StepRecursion,
+        interval_s: float,
+        initial_angles_rad: FloatArray | None,
+    ) -> None:
+        start_up = composition.start_up
+        self.recursion, self.start_up, self.interval_s = recursion, start_up, interval_s
+        self.gain = washout_gain(composition.washout_s, interval_s)
+        self.posture, self.mean = np.zeros(3), np.zeros(3)
+        self.begun = None if start_up is None else start_up.begin(initial_angles_rad)
+        self.starting = start_up is not None and start_up.duration_s > 0
+        self.state = None if self.starting else recursion.begin(initial_angles_rad)
+
+    def __call__(self, axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+        recursion, start_up, begun = self.recursion, self.start_up, self.begun
+        recursion.observe(axis_rates, specific_force)
+        if self.starting and start_up is not None and begun is not None:
+            interval_s = self.interval_s
+            angles = start_up.run(axis_rates[None], interval_s, begun, recursion.coupled)[0]
+            if start_up.is_over(begun):
+                self.starting = False
+                self.posture, *followed = StartUp.hand_over(begun, interval_s)
+                self.state = recursion.take_over(*followed)
+            return np.asarray(angles)
+        output, self.state = recursion.step(self.state, self.posture)
+        if not self.gain:
+            return np.asarray(output)
+        return wash_out(output[None], self.posture, self.gain, self.mean)[0]

@@ -8,10 +8,12 @@ import torch
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.clocks import RateConversion
 from narx.inference.composition import Composition
+from narx.inference.recursion import NarxRecursion
 from narx.inference.start_up import StartUp
-from narx.inference.washout import WASHOUT_S
-from narx.method import OrientationMethod, SegmentSignals, Step
+from narx.inference.washout import WASHOUT_S, washout_gain
+from narx.method import OrientationMethod, SegmentSignals, usable
 from narx.network.model import Narx
+from narx.recursion import Recursion
 from narx.types import BoolArray, FloatArray
 
 AxisScaling = Literal["training", "own"]
@@ -87,14 +89,26 @@ class NarxMethod(OrientationMethod):
             rad; NaN where a sample is missing. None if the network came without, and with
             smoothing: it was measured on one pass and is too large for two.
         """
+        stds = self.stds_rad()
+        if stds is None:
+            return None
+        std = stds[self.starting(signals).astype(int)]
+        std[~usable(signals.axis_rates_rad_s)] = np.nan
+        return std
+
+    def stds_rad(self) -> FloatArray | None:
+        """Standard deviations of the error after the start-up and during it.
+
+        Returns
+        -------
+        ndarray, shape (2, 3), or None
+            rad; None as from `standard_deviation`.
+        """
         if self.error_std_rad is None or self.smoothing:
             return None
-        std = np.tile(np.asarray(self.error_std_rad, dtype=float), (signals.n_samples, 1))
-        if self.start_std_rad is not None:
-            known = np.isfinite(self.start_std_rad)
-            std[np.ix_(self.starting(signals), known)] = self.start_std_rad[known]
-        std[~np.isfinite(signals.axis_rates_rad_s).all(axis=1)] = np.nan
-        return std
+        after = np.asarray(self.error_std_rad, dtype=float)
+        start = after if self.start_std_rad is None else self.start_std_rad
+        return np.stack([after, np.where(np.isfinite(start), start, after)])
 
     def starting(self, signals: SegmentSignals) -> BoolArray:
         """Tell which samples belong to the start-up.
@@ -109,15 +123,17 @@ class NarxMethod(OrientationMethod):
         ndarray of bool, shape (N,)
             False at missing samples; at another rate than the network's right to a sample.
         """
-        starting: BoolArray = np.array(np.isfinite(signals.axis_rates_rad_s).all(axis=1))
-        there = np.flatnonzero(starting)
-        taken = self.start_up.run(
-            signals.axis_rates_rad_s[there],
-            signals.interval_s,
-            self.start_up.begin(signals.initial_angles_rad),
-            self.model.coupled,
-        )
-        starting[there[len(taken) :]] = False
+        there = usable(signals.axis_rates_rad_s)
+        starting = np.zeros(signals.n_samples, dtype=bool)
+        if there.any():
+            bridged, tick_of = self.bridged(signals)
+            taken = self.start_up.run(
+                bridged.axis_rates_rad_s,
+                signals.interval_s,
+                self.start_up.begin(signals.initial_angles_rad),
+                self.model.coupled,
+            )
+            starting[there] = tick_of[there] < len(taken)
         return starting
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
@@ -132,16 +148,44 @@ class NarxMethod(OrientationMethod):
     def _at_network_rate(
         self, rates_rad_s: FloatArray, initial_angles_rad: FloatArray | None
     ) -> FloatArray:
+        if self.axis_scaling == "training" and not self._composition.smoothing:
+            start = None if initial_angles_rad is None else initial_angles_rad[None]
+            rates = np.ascontiguousarray(rates_rad_s, dtype=np.float64)
+            angles, _ = self._compiled(1, start).advance(rates, np.array([0, len(rates)]))
+            return angles
         recursion = _WholeRecording(self.model, self.axis_scaling, rates_rad_s)
         return self._composition.estimate(
             recursion, rates_rad_s, 1.0 / self.model.sampling_rate_hz, initial_angles_rad
         )
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
-        model = self.model
-        if not np.isclose(sampling_rate_hz, model.sampling_rate_hz, rtol=1e-6):
+    def recursion(
+        self, sampling_rate_hz: float, n_sensors: int, initial_angles_rad: FloatArray | None
+    ) -> Recursion:
+        """Start the method for use as samples come (`narx.inference.stream`).
+
+        Parameters
+        ----------
+        sampling_rate_hz : float
+            The network's own rate.
+        n_sensors : int
+            Sensors that run side by side.
+        initial_angles_rad : ndarray, shape (n_sensors, 3), optional
+            Known start poses; None where they are unknown.
+
+        Returns
+        -------
+        Recursion
+            Gives the angles that `estimate` gives.
+
+        Raises
+        ------
+        MethodNotApplicableError
+            If the rate is another one, or the whole recording is needed.
+        """
+        rate_hz = self.model.sampling_rate_hz
+        if not np.isclose(sampling_rate_hz, rate_hz, rtol=1e-6):
             raise MethodNotApplicableError(
-                f"narx: this network runs sample by sample at {model.sampling_rate_hz:g} Hz, "
+                f"narx: this network runs sample by sample at {rate_hz:g} Hz, "
                 f"not at {sampling_rate_hz:g} Hz"
             )
         self._composition.refuse_stream(self.name)
@@ -149,7 +193,11 @@ class NarxMethod(OrientationMethod):
             raise MethodNotApplicableError(
                 "narx: axis_scaling=own needs the whole recording, use axis_scaling=training"
             )
-        return self._composition.stream(_OneByOne(model), 1.0 / sampling_rate_hz)
+        return self._compiled(n_sensors, initial_angles_rad)
+
+    def _compiled(self, n_sensors: int, initial_angles_rad: FloatArray | None) -> NarxRecursion:
+        gain = washout_gain(self._composition.washout_s, 1.0 / self.model.sampling_rate_hz)
+        return NarxRecursion(self.model, self.start_up, gain, n_sensors, initial_angles_rad)
 
 
 class _WholeRecording:
@@ -185,28 +233,3 @@ class _WholeRecording:
         with torch.no_grad():
             angles, _ = self._model(rates, state, torch.from_numpy(posture_rad), self._relative)
         return np.asarray(angles.numpy())
-
-
-class _OneByOne:
-    """The network sample by sample."""
-
-    def __init__(self, model: Narx) -> None:
-        self.coupled = model.coupled
-        self._model, self._cell = model, model.cell()
-        self._rates = np.zeros(3)
-
-    def begin(self, initial_angles_rad: FloatArray | None) -> torch.Tensor:
-        return torch.zeros(3, self._model.structure.n_state, dtype=torch.float64)
-
-    def take_over(self, *followed: FloatArray) -> torch.Tensor:
-        return self._model.initial_state(*map(torch.from_numpy, followed))
-
-    def observe(self, axis_rates: FloatArray, specific_force: FloatArray) -> None:
-        self._rates = axis_rates
-
-    def step(self, state: torch.Tensor, posture_rad: FloatArray) -> tuple[FloatArray, torch.Tensor]:
-        with torch.no_grad():
-            angles, state = self._cell(
-                torch.as_tensor(self._rates), state, torch.from_numpy(posture_rad)
-            )
-        return np.asarray(angles.numpy()), state

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from narx.kernels.start_up import KNOWN, MOVING_S, POSTURE_WEIGHT, STATE_SIZE, run_start_up
+from narx.kernels.start_up import KNOWN, MOVING_S, STATE_SIZE, run_start_up, split_for_network
 from narx.types import FloatArray
 
 # where in the state lies what
@@ -154,8 +154,6 @@ class StartUp:
             Angle about which the network swings, its last two outputs and its last input, in
             rad and rad/s.
         """
-        posture = np.zeros(3)
-        if state[KNOWN] and state[POSTURE_WEIGHT]:
-            posture = state[POSTURE] / state[POSTURE_WEIGHT]
-        deviation, rates = state[ANGLES] - posture, state[RATES].copy()
-        return posture, deviation, deviation - interval_s * rates, rates
+        posture, deviation, earlier = np.empty((3, 3))
+        split_for_network(state, interval_s, posture, deviation, earlier)
+        return posture, deviation, earlier, state[RATES].copy()

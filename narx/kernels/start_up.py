@@ -78,3 +78,15 @@ def run_start_up(
             angles[k, axis] = state[axis]
         state[POSTURE_WEIGHT] += weight
     return len(rates)
+
+
+@compiled(**EXACT)
+def split_for_network(
+    state: Any, interval: float, posture: Any, deviation: Any, earlier: Any
+) -> None:
+    """Fill what the network goes on from (3,): posture, deviation from it now and a sample ago."""
+    known = state[KNOWN] > 0.0 and state[POSTURE_WEIGHT] != 0.0
+    for axis in range(3):
+        posture[axis] = state[6 + axis] / state[POSTURE_WEIGHT] if known else 0.0
+        deviation[axis] = state[axis] - posture[axis]
+        earlier[axis] = deviation[axis] - interval * state[3 + axis]

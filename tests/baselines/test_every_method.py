@@ -1,6 +1,8 @@
 """What every method owes: a method gets these tests by being listed in `CASES`."""
 
+import copy
 import importlib.util
+import pickle
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -13,6 +15,7 @@ from narx import baselines
 from narx.errors import MethodNotApplicableError
 from narx.inference.narx_method import NarxMethod
 from narx.inference.start_up import StartUp
+from narx.inference.stream import OrientationStream
 from narx.method import OrientationMethod, SegmentSignals
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
@@ -329,17 +332,16 @@ def test_all_missing_is_all_missing(case):
 def test_sample_by_sample_is_the_same_as_at_once(case, motion):
     method = case.method()
     walk = motion(case.motion, duration_s=12.0)
-    signals = replace(with_gap(walk, 600, 603), initial_angles_rad=None)
-    try:
-        step = method.stream(signals.sampling_rate_hz)
-    except MethodNotApplicableError:
-        pytest.skip("needs the whole recording")
-    one_by_one = np.array(
-        [
-            step(rates, force)
-            for rates, force in zip(
-                signals.axis_rates_rad_s, signals.specific_force_m_s2, strict=True
-            )
-        ]
-    )
-    np.testing.assert_allclose(one_by_one, method.estimate(signals), rtol=0, atol=1e-9)
+    for start in (None, np.array([0.2, -0.1, 0.3])):
+        signals = replace(with_gap(walk, 600, 603), initial_angles_rad=start)
+        try:
+            stream = OrientationStream(method, 100.0, initial_angles_rad=start)
+        except MethodNotApplicableError:
+            pytest.skip("needs the whole recording")
+        samples = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
+        whole = method.estimate(signals)
+        for k, sample in enumerate(samples):
+            if k == 500:
+                stream = pickle.loads(pickle.dumps(copy.deepcopy(stream)))
+            angles = stream.update(sample).angles_rad
+            np.testing.assert_allclose(angles, whole[k], rtol=0, atol=1e-9)

@@ -129,7 +129,7 @@ def test_a_cut_off_above_half_the_sampling_rate_is_refused():
 
 def test_offline_does_not_stream():
     with pytest.raises(MethodNotApplicableError, match="mode=offline needs the whole recording"):
-        Giof().stream(100.0)
+        Giof().recursion(100.0, 1, None)
 
 
 @pytest.mark.parametrize(

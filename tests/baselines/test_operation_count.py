@@ -88,7 +88,7 @@ def test_what_cannot_be_counted_is_missing_not_zero(walk):
 def test_counting_does_not_change_the_numbers(walk):
     method = METHODS["pseudo_integrator"](frequency="following")
     counts = Counter()
-    plain, counting = method.stream(100.0), method._stream(100.0)
+    plain, counting = method._step(100.0, None), method._step(100.0, None)
     for k in range(300):
         rates, force = walk.axis_rates_rad_s[k], walk.specific_force_m_s2[k]
         wrapped = np.array([CountedFloat(float(rate), counts) for rate in rates], dtype=object)

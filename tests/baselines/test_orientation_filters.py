@@ -126,7 +126,7 @@ def test_a_library_that_is_broken_in_itself_is_not_called_missing(monkeypatch):
 def test_offline_vqf_does_not_stream():
     pytest.importorskip("vqf")
     with pytest.raises(MethodNotApplicableError, match="offline=true needs the whole recording"):
-        METHODS["vqf"](offline=True).stream(100.0)
+        METHODS["vqf"](offline=True).recursion(100.0, 1, None)
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_a_constant_bias_is_forgotten():
 
 def test_the_detected_constant_frequency_needs_the_whole_recording():
     with pytest.raises(MethodNotApplicableError, match="give gait_frequency_hz or set"):
-        PseudoIntegrator().stream(100.0)
+        PseudoIntegrator().recursion(100.0, 1, None)
 
 
 @pytest.mark.parametrize(

@@ -164,4 +164,4 @@ def test_a_recording_that_stands_still_throughout_is_tilt(motion):
 
 def test_it_needs_the_whole_recording():
     with pytest.raises(MethodNotApplicableError, match="two_point needs the whole recording"):
-        TwoPoint().stream(100.0)
+        TwoPoint().recursion(100.0, 1, None)

@@ -4,6 +4,7 @@ import torch
 
 from narx.errors import MethodNotApplicableError
 from narx.export.recurrence import ExportedNarx, StepGraph, description
+from narx.inference.stream import OrientationStream
 
 
 def tensor(angles):
@@ -57,8 +58,7 @@ def test_the_network_takes_over_after_enough_movement_as_in_the_package(checkpoi
 
 def test_sample_by_sample_equals_the_package_stream(checkpoint, rates):
     narx = ExportedNarx(checkpoint)
-    stream = checkpoint.method().stream(narx.sampling_rate_hz)
-    expected = [stream(sample, np.zeros(3)) for sample in rates]
+    expected = OrientationStream(checkpoint.method(), 25.0).update_block(rates).angles_rad
     np.testing.assert_allclose(run(narx.step, narx.start(), rates), expected, atol=1e-12, rtol=0)
 
 

@@ -178,5 +178,5 @@ def test_gaps_other_rates_and_own_scales(motion):
 def test_it_does_not_stream_and_knows_no_standard_deviation(motion):
     smoothed = method(error_std_rad=np.ones(3))
     with pytest.raises(MethodNotApplicableError, match="smoothing needs the whole recording"):
-        smoothed.stream(100.0)
+        smoothed.recursion(100.0, 1, None)
     assert smoothed.standard_deviation(motion("still").signals) is None

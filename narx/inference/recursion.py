@@ -1,0 +1,108 @@
+"""A trained network at work: start-up, network and washout of B sensors, compiled."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from narx.inference.start_up import StartUp
+from narx.kernels.sample_steps import run_method
+from narx.network.kernel_arrays import kernel_shape
+from narx.network.model import Narx
+from narx.recursion import Recursion
+from narx.types import BoolArray, FloatArray
+
+
+class NarxRecursion(Recursion):
+    """The state of B sensors whose angles one network estimates.
+
+    Parameters
+    ----------
+    model : Narx
+        Trained network.
+    start_up : StartUp
+        How it starts.
+    washout_gain : float
+        From `narx.inference.washout.washout_gain`.
+    n_sensors : int
+        Sensors side by side.
+    initial_angles_rad : ndarray, shape (B, 3), optional
+        Known start poses; None where they are unknown.
+    """
+
+    def __init__(
+        self,
+        model: Narx,
+        start_up: StartUp,
+        washout_gain: float,
+        n_sensors: int = 1,
+        initial_angles_rad: FloatArray | None = None,
+    ) -> None:
+        scaled = model.normalisation
+        scales = np.array(
+            [
+                scaled.rate_offset_rad_s,
+                scaled.rate_scale_rad_s,
+                scaled.angle_offset_rad,
+                scaled.angle_scale_rad,
+            ]
+        )
+        self._shape = kernel_shape(model.structure)
+        self._network = (
+            model.weights.detach().numpy().copy(),
+            np.tile(scales, (3, 1)),
+            washout_gain,
+            model.coupled,
+        )
+        self._interval_s = 1.0 / model.sampling_rate_hz
+        self._start_up = (
+            start_up.duration_s,
+            start_up.averaged_from_s,
+            start_up.averaging_s,
+            start_up.leak_rad_s,
+            start_up.settling_gain,
+            start_up.settling_s,
+        )
+        starts = [None] * n_sensors if initial_angles_rad is None else initial_angles_rad
+        self.start = np.stack([start_up.begin(angles) for angles in starts])
+        self.taken_over = np.full(n_sensors, start_up.duration_s <= 0)
+        self.posture = np.zeros((n_sensors, 3))
+        self.state = np.zeros((n_sensors, 3, model.structure.n_state))
+        self.mean = np.zeros((n_sensors, 3))
+
+    def advance(
+        self, samples: FloatArray, first: NDArray[np.int64]
+    ) -> tuple[FloatArray, BoolArray]:
+        """Advance all sensors.
+
+        Parameters
+        ----------
+        samples : ndarray, shape (M, 3)
+            Rates about the clinical axes, rad/s, those of a sensor one after another.
+        first : ndarray of int, shape (B + 1,)
+            Where each sensor's samples begin.
+
+        Returns
+        -------
+        angles : ndarray, shape (M, 3)
+            rad.
+        starting : ndarray of bool, shape (M,)
+            Samples that belong to the start-up.
+        """
+        angles = np.empty((len(samples), 3))
+        starting = np.zeros(len(samples), dtype=np.bool_)
+        run_method(
+            first,
+            samples,
+            self._interval_s,
+            self._start_up,
+            *self._network,
+            self.start,
+            self.taken_over,
+            self.posture,
+            np.empty((2, 3)),
+            self.state,
+            self.mean,
+            angles,
+            starting,
+            self._shape,
+        )
+        return angles, starting
