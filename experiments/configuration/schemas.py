@@ -9,8 +9,10 @@ from narx.datasets.base import TrialSource
 from narx.experiments.configuration.components import Component, Components
 from narx.experiments.model import ModelSettings
 from narx.experiments.reports.report import Report
-from narx.inference.predict import Frame, Side, StartPose
+from narx.inference.predict import Frame, Side
+from narx.inference.session import SessionStart
 from narx.method import OrientationMethod
+from narx.recordings.session_clock import Alignment
 from narx.settings.checked import CONFIG
 from narx.settings.values import (
     FilePath,
@@ -142,15 +144,27 @@ class Export(Section):
 class Predict(Section):
     """As ``configs/predict.yaml``."""
 
-    input: FilePath
+    input: FilePath | dict[Name, FilePath]
     output: FilePath
+    columns: Any = None
+    device: FilePath | None = None
     checkpoint: FilePath | None = None
     frame: Frame = "auto"
     side: Side = "right"
-    start_pose: StartPose = "unknown"
+    start_pose: SessionStart = "auto"
     remove_bias: bool = True
-    still_s: tuple[float, float] | None = None
+    still_s: Any = None  # one interval or several, checked in `predictions.options`
+    calibration: Mode = "auto"
+    align: Alignment = "auto"
+    walking_s: Any = None
     smoothing: bool = False
+
+
+class DemoRecordings(Section):
+    """As ``configs/demo_recordings.yaml``."""
+
+    output: FilePath = "demo"
+    duration_s: Annotated[float, Field(ge=20, le=3600)] = 60.0
 
 
 class Ablation(Section):
@@ -204,6 +218,7 @@ SCHEMAS: dict[str, type[Section]] = {
     "benchmark": Benchmark,
     "export": Export,
     "predict": Predict,
+    "demo_recordings": DemoRecordings,
     "ablation": Ablation,
     "error_budget": ErrorBudget,
     "speed": Speed,

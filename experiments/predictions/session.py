@@ -99,14 +99,11 @@ def session_files(value: DictConfig) -> dict[str, Path]:
     Raises
     ------
     UserError
-        If a file is given twice or is no name.
+        If a file is given twice.
     """
     files: dict[str, Path] = {}
-    for key, path in value.items():
-        segment = str(key)
-        if not isinstance(path, str | int | float):
-            raise UserError(f"input: '{segment}' is {path!r}, expected the name of a file")
+    for segment, path in value.items():
         if Path(str(path)) in files.values():
-            raise UserError(f"input: '{path}' is given for two segments")
-        files[segment] = Path(str(path))
+            raise UserError(f"input: '{path!s}' is given for two segments")
+        files[str(segment)] = Path(str(path))
     return files

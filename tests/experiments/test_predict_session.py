@@ -76,7 +76,7 @@ def test_storage_files_of_opensim(run_command, folder):
         (["output=k.csv", "device=none.yaml"], "none.yaml: no such file"),
         (["output=k.csv", "input={thigh_right: thigh.csv, shank_right: thigh.csv}"],
          "input: 'thigh.csv' is given for two segments"),
-        (["output=k.csv", "input={thigh_right: [1, 2]}"], "expected the name of a file"),
+        (["output=k.csv", "input={thigh_right: [1, 2]}"], "expected a path or a section of names"),
         (["output=k.csv", "input={knie: thigh.csv}"], "segment 'knie', expected some of"),
     ],
 )  # fmt: skip
