@@ -31,7 +31,7 @@ def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
     Returns
     -------
     Table
-        A row a variant, a column a segment and axis; the worst trial beside the mean.
+        One row per variant, one column per segment and axis; the worst trial beside the mean.
     """
     sided = results.assign(segment=results["segment"].map(kind_of))
     where = sided["segment"] + " " + sided["axis"]

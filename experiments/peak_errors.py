@@ -170,7 +170,7 @@ def swing_results(
     Returns
     -------
     trials : pandas.DataFrame
-        A row a trial, segment and method: its names, ``group``, ``r``, ``rmse_deg``,
+        One row per trial, segment and method: its names, ``group``, ``r``, ``rmse_deg``,
         ``bias_deg``, ``precision_deg``.
     peaks : pandas.DataFrame
         The rows of `peak_errors` with the same names.

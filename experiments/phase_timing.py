@@ -30,7 +30,7 @@ def phase_shares(phases: GaitPhases) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns ``phase`` (``b–c`` to ``f–g``, as printed) and ``share`` (of the time from b to
-        g), a row a stride and phase; NaN where a point was not found.
+        g), one row per stride and phase; NaN where a point was not found.
     """
     times = phases.times_s
     stride = times["g"] - times["b"]

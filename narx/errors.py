@@ -1,25 +1,25 @@
-"""Errors that are the user's to mend; every command prints them in one line and ends with 2."""
+"""Errors that the user can correct; commands print them in one line and exit with status 2."""
 
 
 class UserError(Exception):
-    """Something outside the program is wrong: say where, what was found, what was expected."""
+    """An input is wrong; the message names where, what was found and what is expected."""
 
 
 class RecordingError(UserError):
-    """A recording, or a file that should hold one, is not what it must be."""
+    """A recording, or a file that should contain one, is invalid."""
 
 
 class MethodNotApplicableError(UserError):
-    """A method needs something that this recording does not have (a still part, a library)."""
+    """A method requires something that is not available (a still part, a library)."""
 
 
 def user_error_behind(error: BaseException | None) -> UserError | None:
-    """Find the user's mistake that an exception comes from.
+    """Find the user error that caused an exception.
 
     Parameters
     ----------
     error : BaseException or None
-        Perhaps raised by a library while it handled the mistake.
+        Possibly raised by a library while it handled the user error.
 
     Returns
     -------

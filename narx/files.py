@@ -1,4 +1,4 @@
-"""Files that are either whole or not there."""
+"""Files that are either complete or absent, and digests of files."""
 
 import functools
 import hashlib
@@ -83,18 +83,18 @@ def folder_sha256(folder: str | os.PathLike[str]) -> str:
 
 @functools.cache
 def _sha256_once(path: Path, size: int, mtime_ns: int) -> str:
-    # the jobs of a sweep ask again for the same large files
+    # the jobs of a sweep digest the same large files again
     return sha256_of(path)
 
 
 def code_sha256(paths: Iterable[Path], packages: Iterable[str]) -> str:
-    """Digest source code and the versions of what it computes with.
+    """Digest source code and the versions of the packages that it uses.
 
     Parameters
     ----------
     paths : iterable of pathlib.Path
-        Files, and folders that are read with all below them, linked ones too: ``*.py``, and
-        ``*.pt`` for the network that ships.
+        Files, and folders that are read recursively, linked ones too: ``*.py``, and
+        ``*.pt`` for the network included in the package.
     packages : iterable of str
         Installed distributions.
 

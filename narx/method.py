@@ -20,7 +20,7 @@ RATE_LIMIT_RAD_S = 30.0
 
 @dataclass(frozen=True)
 class SegmentSignals:
-    """Calibrated signals of one segment: all that a method may look at.
+    """Calibrated signals of one segment: the only input of a method.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class SegmentSignals:
 
 
 class OrientationMethod(ABC):
-    """Estimates a segment's three angles from its calibrated signals.
+    """Estimator of a segment's three angles from its calibrated signals.
 
     A subclass implements `_estimate` for signals without gaps, and `_step` where the method is
     meant to run sample by sample; both must agree. Missing samples never reach a subclass: gaps of

@@ -94,12 +94,12 @@ def bland_altman(
             errors = np.concatenate([piece.error_deg(method)[:, row] for piece in here])
             reference = np.concatenate([np.rad2deg(piece.reference_rad[:, row]) for piece in here])
             subjects = np.concatenate([[piece.subject] * len(piece.time_s) for piece in here])
-            there = np.isfinite(errors)
+            valid = np.isfinite(errors)
             panel = grid[row, column]
-            if there.sum() > 2:
+            if valid.sum() > 2:
                 # error is reference less estimate, so their mean is reference less half of it
                 means = reference - errors / 2.0
-                seen.append(_draw(panel, means[there], errors[there], subjects[there]))
+                seen.append(_draw(panel, means[valid], errors[valid], subjects[valid]))
             else:
                 panel.text(0.5, 0.5, "not observed", transform=panel.transAxes, ha="center")
                 panel.grid(visible=False)

@@ -16,7 +16,7 @@ from narx.kinematics.segment_angles import AXES
 def calibration_figure(
     evaluated: Iterable[Evaluated], rate_hz: float = 20.0, title: str = ""
 ) -> Figure:
-    """Draw the coverage of central bands of every width, a panel an axis.
+    """Draw the coverage of central bands of every width, one panel per axis.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def linear_drift(
     Returns
     -------
     matplotlib.figure.Figure
-        A row an axis; errors are drawn estimate minus reference as in print, the only place
+        One row per axis; errors are drawn estimate minus reference as in print, the only place
         where the sign is that way round, because the method subtracts them.
     """
     figure, grid = panels(len(AXES), len(columns), 3.2, 1.5, sharex="col")
@@ -53,9 +53,9 @@ def linear_drift(
                 panel.plot(
                     piece.time_s, error, color=method_colour(method), label=method_label(method)
                 )
-                there = np.isfinite(error)
-                if method == drifting and there.any():
-                    ends = np.interp((start_s, stop_s), piece.time_s[there], error[there])
+                valid = np.isfinite(error)
+                if method == drifting and valid.any():
+                    ends = np.interp((start_s, stop_s), piece.time_s[valid], error[valid])
                     panel.plot(
                         (start_s, stop_s),
                         ends,
@@ -97,7 +97,7 @@ def error_over_time(
     block_s: float = 10.0,
     title: str = "",
 ) -> Figure:
-    """Draw the RMSE of successive blocks, a thin line a trial and a thick one their mean.
+    """Draw the RMSE of successive blocks, one thin line per trial and a thick one their mean.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def error_over_time(
     Returns
     -------
     matplotlib.figure.Figure
-        A panel an axis, RMSE on a logarithmic scale, time in minutes.
+        One panel per axis, RMSE on a logarithmic scale, time in minutes.
     """
     trials = list(evaluated)
     if methods is None:

@@ -40,14 +40,14 @@ def stride_bands(sets: Sequence[StrideSet], methods: Sequence[str], title: str =
                 if method in one.estimates_deg
             ]
             reference, estimate = (np.concatenate(side) for side in zip(*pairs, strict=True))
-            there = np.isfinite(reference + estimate).all(axis=1)
+            valid = np.isfinite(reference + estimate).all(axis=1)
             lines = (
                 (reference, REFERENCE_COLOUR, "reference"),
                 (estimate, method_colour(method), method_label(method)),
             )
-            if there.any():
+            if valid.any():
                 for strides, colour, name in lines:
-                    mean, spread = strides[there].mean(axis=0), strides[there].std(axis=0)
+                    mean, spread = strides[valid].mean(axis=0), strides[valid].std(axis=0)
                     band = mean - spread, mean + spread
                     axis.fill_between(percent, *band, color=colour, alpha=0.2, lw=0)
                     axis.plot(percent, mean, color=colour, label=name)

@@ -58,7 +58,7 @@ def waveforms(
     marks_s: Sequence[float] = (),
     title: str = "",
 ) -> Figure:
-    """Draw estimates beside the reference, a column a piece and a row an axis.
+    """Draw estimates beside the reference, one column per piece and one row per axis.
 
     Parameters
     ----------

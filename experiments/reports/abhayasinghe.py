@@ -243,8 +243,8 @@ class AbhayasingheReport(Report):
 
     def _phases_figure(self, shown: _Example) -> Figure:
         time_s = shown.evaluated.time_s
-        there = np.isfinite(shown.rate_rad_s)
-        rate = np.interp(time_s, time_s[there], shown.rate_rad_s[there])
+        valid = np.isfinite(shown.rate_rad_s)
+        rate = np.interp(time_s, time_s[valid], shown.rate_rad_s[valid])
         smooth, _ = smooth_rate_and_derivative(rate, shown.evaluated.sampling_rate_hz)
         # the first stride of which every point was found
         whole = np.isfinite(list(shown.phases.times_s.values())).all(axis=0)

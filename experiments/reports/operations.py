@@ -1,4 +1,4 @@
-"""What methods cost: operations a sample and angle, counted while they run."""
+"""What methods cost: operations per sample and angle, counted while they run."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -44,9 +44,9 @@ def operations_per_angle(signals: SegmentSignals) -> dict[str, dict[str, float]]
         By method and operation, mean per sample and angle.
     """
     six = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
-    there: BoolArray = np.asarray(np.isfinite(six).all(axis=1))
-    there[np.flatnonzero(there)[round(_LONGEST_S * signals.sampling_rate_hz) :]] = False
-    walk = signals.select(there)
+    valid: BoolArray = np.asarray(np.isfinite(six).all(axis=1))
+    valid[np.flatnonzero(valid)[round(_LONGEST_S * signals.sampling_rate_hz) :]] = False
+    walk = signals.select(valid)
     counts: dict[str, dict[str, float]] = {}
     for name, row in operation_table(walk, _COUNTED).iterrows():
         method = _COUNTED[str(name)]

@@ -84,7 +84,7 @@ def about_refusals(refusals: Sequence[Refusal]) -> list[str]:
     Returns
     -------
     list of str
-        One paragraph with a line a method and reason, or none.
+        One paragraph with one line per method and reason, or none.
     """
     if not refusals:
         return []

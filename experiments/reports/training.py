@@ -65,7 +65,7 @@ def pieces(evaluated: Iterable[Evaluated]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `ANGLE_COLUMNS`, a row a sample, axis and method; angles in degrees.
+        Columns `ANGLE_COLUMNS`, one row per sample, axis and method; angles in degrees.
     """
     evaluated = list(evaluated)
     joints = [one for one in evaluated if one.segment.startswith(("knee", "joint"))]

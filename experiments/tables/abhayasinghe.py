@@ -140,18 +140,18 @@ def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
 
 
 def operations_table(counts: Mapping[str, Mapping[str, float]]) -> Table:
-    """Operations a sample, counted, beside the counts and times of print.
+    """Operations per sample, counted, beside the counts and times of print.
 
     Parameters
     ----------
     counts : mapping of str to mapping of str to float
-        By method, operations a sample by kind (``additions``, ``multiplications``,
+        By method, operations per sample by kind (``additions``, ``multiplications``,
         ``comparisons``, ``arctangents``, ...), means over a recording.
 
     Returns
     -------
     Table
-        A row a method, a column a kind, then the rows of print.
+        One row per method, one column per kind, then the rows of print.
     """
     kinds: list[str] = []
     for by_kind in counts.values():
@@ -182,7 +182,7 @@ def operations_table(counts: Mapping[str, Mapping[str, float]]) -> Table:
     ]
     frame = pd.DataFrame(rows).reindex(columns=["Method", *kinds, time])
     return Table(
-        "Floating-point operations and arctangents a sample",
+        "Floating-point operations and arctangents per sample",
         frame.set_index("Method"),
         {**dict.fromkeys(kinds, 2), time: 0},
         "Counted while the method ran, mean over the walk, for one angle. The times of print are "

@@ -34,7 +34,7 @@ def comparison(
     Returns
     -------
     pandas.DataFrame
-        A row a segment (both sides together), axis and method: ``n`` subjects, ``n_trials``,
+        One row per segment (both sides together), axis and method: ``n`` subjects, ``n_trials``,
         ``mean``, ``sd``, ``low``, ``high`` (95 % interval), ``difference`` to `against` (method
         less `against`) with ``difference_low`` and ``difference_high``, ``p`` (permutation),
         ``p_wilcoxon``, ``smallest_p``.
@@ -94,7 +94,7 @@ def comparison_table(
     Returns
     -------
     Table
-        A row a segment, axis and method.
+        One row per segment, axis and method.
     """
     frame = comparison(results, quantity, against, seed)
     digits = 3 if quantity == "r" else 2

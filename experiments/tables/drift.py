@@ -39,7 +39,7 @@ def drift_table(
     Returns
     -------
     Table or None
-        A row a kind of segment, axis and method; None where no trial is long enough.
+        One row per kind of segment, axis and method; None where no trial is long enough.
     """
     rows = [
         row for one in evaluated if _lasts(one, shortest_s) for row in _rows(one, methods, window_s)

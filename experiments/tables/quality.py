@@ -24,7 +24,7 @@ def coverage_table(evaluated: Iterable[Evaluated]) -> Table | None:
     Returns
     -------
     Table or None
-        A row a kind of segment, axis and method, all trials together; None without predictions.
+        One row per kind of segment, axis and method, all trials together; None without predictions.
     """
     errors: dict[tuple[str, str, str], list[tuple[np.ndarray, np.ndarray]]] = {}
     for one in evaluated:

@@ -1,4 +1,4 @@
-"""From rows of results to one value a person, the unit of every mean and SD over subjects."""
+"""From rows of results to one value per person, the unit of every mean and SD over subjects."""
 
 from collections.abc import Iterable, Sequence
 
@@ -46,7 +46,7 @@ def over_subjects(values: pd.Series) -> tuple[float, float]:
     Parameters
     ----------
     values : pandas.Series
-        One value a subject; NaN do not count.
+        One value per subject; NaN do not count.
 
     Returns
     -------

@@ -55,7 +55,7 @@ def demographics_table(subjects: Iterable[Mapping[str, object]]) -> Table:
     Returns
     -------
     Table
-        A row a subject, then mean and SD.
+        One row per subject, then mean and SD.
     """
     columns = {
         "subject": "Subject",
@@ -208,7 +208,7 @@ def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row an axis, condition and method that observes the axis: ``bias_deg``,
+        One row per axis, condition and method that observes the axis: ``bias_deg``,
         ``precision_deg``, ``rmse_deg``, ``r``, means over subjects, and ``paper rmse_deg``, NaN
         where there is none in print.
 

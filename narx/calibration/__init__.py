@@ -1,4 +1,4 @@
-"""From the sensor's frame to the segment's, and the gyroscope's static bias."""
+"""Sensor-to-segment alignment, and the gyroscope's static bias."""
 
 from narx.calibration.calibrate import CalibratedSegment, calibrate
 from narx.calibration.static_bias import static_bias

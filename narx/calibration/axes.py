@@ -1,13 +1,14 @@
-"""From the sensor's technical frame to the segment's anatomical frame (Tham et al., II-A).
+"""Alignment of the sensor's technical frame with the segment's anatomical frame (Tham et al.,
+II-A).
 
-All functions answer a rotation that takes vectors in the sensor frame to the anatomical frame
-(x forward, y left, z up along the segment; not mirrored, so left and right legs alike).
+The frames are rotations that map vectors in the sensor frame to the anatomical frame (x forward, y
+left, z up along the segment; not mirrored, so the same for left and right legs).
 
-Gravity gives z. The second axis comes from a rotation axis that the movement makes visible: the
-hip's abduction axis (x) for a thigh, the knee's flexion axis (y) for a shank, or the principal
-horizontal axis of walking (y) where there are no calibration movements. A rotation axis has no
-sign: a calibration movement gets it from its direction (`excursion_rad`), walking from the way a
-leg swings (`swing_sign`).
+Gravity gives z. The second axis comes from a rotation axis that a movement reveals: the hip's
+abduction axis (x) for a thigh, the knee's flexion axis (y) for a shank, or the principal horizontal
+axis of walking (y) where there are no calibration movements. A rotation axis has no sign: in a
+calibration movement it follows from the direction of the movement (`excursion_rad`), in walking
+from the swing of the leg (`swing_sign`).
 """
 
 import numpy as np
@@ -19,15 +20,15 @@ from narx.errors import RecordingError
 from narx.recordings.resampling import contiguous_pieces
 from narx.types import FloatArray
 
-# walking lives between these: below are turns and bias, above is soft tissue
+# pass band of walking: below are turns and bias, above is soft tissue
 _BAND_HZ = (0.5, 10.0)
 MIN_WALK_S = 1.0
-# thighs of simulated and real walkers reach 0.2 to 1.1, shanks 0.7 to 1.1
+# skewness of simulated and real walkers: thighs 0.2 to 1.1, shanks 0.7 to 1.1
 _MIN_SKEWNESS = 0.1
 
 
 def up_from_gravity(accelerometer_m_s2: FloatArray, where: str) -> FloatArray:
-    """Give the direction of up in the sensor frame.
+    """Return the upward direction in the sensor frame.
 
     Parameters
     ----------
@@ -39,17 +40,17 @@ def up_from_gravity(accelerometer_m_s2: FloatArray, where: str) -> FloatArray:
     Returns
     -------
     ndarray, shape (3,)
-        Unit vector along the mean.
+        Unit vector along the mean specific force.
 
     Raises
     ------
     RecordingError
-        If there is no sample, or the mean is not about gravity.
+        If there is no sample, or the magnitude of the mean is far from gravity.
     """
-    there = accelerometer_m_s2[np.isfinite(accelerometer_m_s2).all(axis=1)]
-    if not len(there):
+    valid = accelerometer_m_s2[np.isfinite(accelerometer_m_s2).all(axis=1)]
+    if not len(valid):
         raise RecordingError(f"{where}: no accelerometer sample to take the vertical from")
-    mean = there.mean(axis=0)
+    mean = valid.mean(axis=0)
     size = float(np.linalg.norm(mean))
     if not 8.0 < size < 12.0:
         raise RecordingError(
@@ -60,7 +61,7 @@ def up_from_gravity(accelerometer_m_s2: FloatArray, where: str) -> FloatArray:
 
 
 def principal_horizontal_axis(rate_rad_s: FloatArray, up: FloatArray) -> FloatArray:
-    """Give the horizontal axis about which a sensor turns most.
+    """Return the horizontal axis about which a sensor turns most.
 
     Parameters
     ----------
@@ -72,9 +73,9 @@ def principal_horizontal_axis(rate_rad_s: FloatArray, up: FloatArray) -> FloatAr
     Returns
     -------
     ndarray, shape (3,)
-        Unit vector of unknown sign, perpendicular to up. Looking among the horizontal axes only
-        keeps the turning of the leg about itself, which can be the largest part of a pocketed
-        phone's motion, out of it.
+        Unit vector of unknown sign, perpendicular to up. Restricting the axis to the horizontal
+        plane excludes rotation about the leg's long axis, which can be the largest part of the
+        motion of a phone in a pocket.
     """
     horizontal = rate_rad_s - np.outer(rate_rad_s @ up, up)
     _, _, axes = np.linalg.svd(horizontal.T @ horizontal)
@@ -83,7 +84,7 @@ def principal_horizontal_axis(rate_rad_s: FloatArray, up: FloatArray) -> FloatAr
 
 
 def walking_band(rate_rad_s: FloatArray, sampling_rate_hz: float) -> FloatArray:
-    """Keep what walking is made of: 0.5 to 10 Hz, without phase shift.
+    """Band-pass the rate to the band of walking, 0.5 to 10 Hz, without phase shift.
 
     Parameters
     ----------
@@ -100,16 +101,16 @@ def walking_band(rate_rad_s: FloatArray, sampling_rate_hz: float) -> FloatArray:
     high = min(_BAND_HZ[1], 0.45 * sampling_rate_hz)
     band = butter(2, (_BAND_HZ[0], high), "bandpass", fs=sampling_rate_hz, output="sos")
     time = np.arange(len(rate_rad_s)) / sampling_rate_hz
-    there = np.isfinite(rate_rad_s).all(axis=1)
+    valid = np.isfinite(rate_rad_s).all(axis=1)
     filtered = np.full_like(rate_rad_s, np.nan)
-    for piece in contiguous_pieces(time, there, 1.5 / sampling_rate_hz):
+    for piece in contiguous_pieces(time, valid, 1.5 / sampling_rate_hz):
         if piece.size >= MIN_WALK_S * sampling_rate_hz:
             filtered[piece] = sosfiltfilt(band, rate_rad_s[piece], axis=0)
     return filtered
 
 
 def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
-    """Tell whether an axis points left or right, from how a leg swings.
+    """Determine from the swing of a leg whether an axis points left or right.
 
     Parameters
     ----------
@@ -121,14 +122,13 @@ def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
     Returns
     -------
     int
-        1 if it points to the left, -1 if to the right, 0 if the walk does not tell (too short,
-        or the skewness of the rate is below 0.1).
+        1 if it points to the left, -1 if to the right, 0 if it cannot be determined (walk too
+        short, or skewness of the rate below 0.1).
 
     Notes
     -----
-    In walking the leg swings forward in about 40 % of the stride and goes back in the other 60,
-    so the rate of flexion (about minus left) is skewed to positive values. No reference is
-    looked at.
+    In walking the leg swings forward in about 40 % of the stride and back in the other 60 %, so the
+    rate of flexion (about minus left) is skewed to positive values. No reference is used.
     """
     if not len(walk_rad_s):
         return 0
@@ -138,7 +138,7 @@ def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
 
 
 def excursion_rad(rate_rad_s: FloatArray, axis: FloatArray, sampling_rate_hz: float) -> float:
-    """Give the mean angle about an axis during a movement that starts at rest.
+    """Return the mean angle about an axis during a movement that starts at rest.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def excursion_rad(rate_rad_s: FloatArray, axis: FloatArray, sampling_rate_hz: fl
 
 
 def frame_from_left(up: FloatArray, left: FloatArray) -> Rotation:
-    """Build the frame from up and a horizontal axis to the left.
+    """Build the frame from the upward and the leftward direction.
 
     Parameters
     ----------
@@ -168,13 +168,14 @@ def frame_from_left(up: FloatArray, left: FloatArray) -> Rotation:
     Returns
     -------
     Rotation
-        Takes sensor vectors to anatomical ones.
+        Maps sensor vectors to anatomical ones.
     """
     return Rotation.from_matrix(np.vstack([np.cross(left, up), left, up]))
 
 
 def frame_from_gravity(up: FloatArray) -> Rotation:
-    """Build a frame from up alone: the shortest turn that makes the sensor upright.
+    """Build a frame from the upward direction alone: the smallest rotation that makes the sensor
+    upright.
 
     Parameters
     ----------
@@ -184,8 +185,8 @@ def frame_from_gravity(up: FloatArray) -> Rotation:
     Returns
     -------
     Rotation
-        Takes sensor vectors to the upright frame. A sensor that lies with its z axis up keeps
-        its frame; one that lies upside down is turned about its x axis.
+        Maps sensor vectors to the upright frame. A sensor with its z axis up keeps its frame; one
+        that is upside down is rotated about its x axis.
     """
     z = np.array([0.0, 0.0, 1.0])
     axis = np.cross(up, z)

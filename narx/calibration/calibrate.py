@@ -33,7 +33,7 @@ from narx.types import FloatArray
 Mode = Literal["auto", "leg", "knee", "functional", "walking", "sensor"]
 
 
-# errors of the headings that calibration movements leave, thigh and shank (docs/recordings.md)
+# heading errors left by the calibration movements, thigh and shank (docs/recordings.md)
 LEG_HEADING_SD_DEG = (5.0, 2.0)
 
 
@@ -44,7 +44,7 @@ class CalibratedSegment:
     Parameters
     ----------
     signals : SegmentSignals
-        What a method may look at: rates about the clinical axes and specific force in the
+        Input of a method: rates about the clinical axes and specific force in the
         anatomical frame, left leg mirrored, static bias removed.
     reference_wxyz : ndarray, shape (N, 4), or None
         Orientation of the anatomical frame in the global frame (left leg mirrored), relative to
@@ -52,11 +52,11 @@ class CalibratedSegment:
     reference_angles_rad : ndarray, shape (N, 3), or None
         The three angles of `reference_wxyz`; transverse is NaN unless the walk is straight.
     sensor_to_anatomical : Rotation
-        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+        Maps vectors in the sensor frame to the (not mirrored) anatomical frame.
     static_bias_rad_s : ndarray, shape (3,)
         Gyroscope bias that was subtracted, in the sensor frame, rad/s.
     notes : tuple of str
-        What was done, for people.
+        Processing applied, as text.
     """
 
     signals: SegmentSignals
@@ -78,21 +78,21 @@ def calibrate(
         As from a source.
     mode : {"auto", "leg", "knee", "functional", "walking", "sensor"}
         ``functional``: gravity in standing gives z; hip abduction gives x of a thigh, passive
-        knee flexion y of a shank (Tham et al., II-A). ``leg``: the same movements, each seen by
-        both sensors of the leg (`narx.calibration.functional.leg_frame`). ``knee``: ``leg``, turned
-        until the knee abducts least in walking (`narx.calibration.knee`). ``walking``: gravity (in
-        standing where the trial has it, otherwise over the walk) and the principal horizontal
-        axis of the walking gyroscope as y, turned in the same way where both sensors of a leg are
-        there. ``sensor``: the sensor frame, turned the shortest way so that z is up at rest (or
-        over the first second), for what is not a leg; a second sensor is given the heading of the
-        first at rest by the reference, where that tracked the sensors, so that the joint between
-        them starts at zero. ``auto``: knee, functional or walking, the first for which the trial
-        has the recordings; sensor for anything but thigh and shank.
+        knee flexion y of a shank (Tham et al., II-A). ``leg``: the same movements, each measured by
+        both sensors of the leg (`narx.calibration.functional.leg_frame`). ``knee``: ``leg``,
+        rotated about z to minimise knee abduction in walking (`narx.calibration.knee`).
+        ``walking``: gravity (in standing where the trial has it, otherwise over the walk) and the
+        principal horizontal axis of the walking gyroscope as y, rotated in the same way where the
+        leg has both sensors. ``sensor``: the sensor frame, with the smallest rotation that brings z
+        up at rest (or over the first second), for segments other than the leg; where the reference
+        tracked the sensors, a second sensor takes the heading of the first at rest from it, so that
+        the joint between them starts at zero. ``auto``: knee, functional or walking, the first for
+        which the trial has the recordings; sensor for segments other than thigh and shank.
     remove_heading_misalignment : bool
         Whether the constant angle about the vertical between an anatomical reference frame
         (markers) and the calibrated sensor frame is removed, estimated over the whole trial
-        from angular rates. It takes this part of the calibration error, which shows as
-        crosstalk between the axes, out of the comparison, and is noted.
+        from angular rates. This removes that part of the calibration error, which appears as
+        cross-talk between the axes, from the comparison; the notes report it.
 
     Returns
     -------
@@ -104,21 +104,22 @@ def calibrate(
     UserError
         If the mode is unknown.
     RecordingError
-        If the trial lacks what the mode needs, or the walk does not tell forward from backward.
+        If the trial lacks what the mode needs, or the walk does not distinguish forward from
+        backward.
 
     Notes
     -----
-    The static bias is the mean of a ``still`` recording, without one that of all standing parts
-    together (`narx.calibration.static_bias.static_bias`); without any it stays in, and a note says
-    so.
+    The static bias is the mean of a ``still`` recording, or else of all standing parts together
+    (`narx.calibration.static_bias.static_bias`); without either it is not removed, which the notes
+    report.
 
     Reference: its tilt is relative to gravity. An anatomical reference is made upright in the
     calibration posture, where the trial contains it (its still parts, or its first sample);
-    one that tracked the sensor needs no such thing, since the sensor's calibration gives it the
-    same anatomical frame. The heading of the calibration posture is removed, so the transverse
-    angle starts at zero; where the trial does not contain the posture, a straight walk keeps its
-    heading (the global x axis is then the direction of the walk, by the source's contract), and
-    any other loses the heading of the first sample that is there.
+    one that tracked the sensor needs no such step, since the sensor's calibration gives it the same
+    anatomical frame. The heading of the calibration posture is removed, so the transverse angle
+    starts at zero; where the trial does not contain the posture, a straight walk keeps its heading
+    (the global x axis is then the direction of the walk, by the source's contract), and any other
+    walk has the heading of the first valid sample removed.
     """
     if mode not in get_args(Mode):
         raise UserError(
@@ -166,7 +167,7 @@ def _calibrate_segment(
 def signals_in_frame(
     trial: Trial, segment: str, to_anatomical: Rotation, bias_rad_s: FloatArray
 ) -> SegmentSignals:
-    """Turn a sensor's recording into what a method may look at.
+    """Convert a sensor's recording to the input of a method.
 
     Parameters
     ----------
@@ -175,14 +176,14 @@ def signals_in_frame(
     segment : str
         Which sensor.
     to_anatomical : Rotation
-        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+        Maps vectors in the sensor frame to the (not mirrored) anatomical frame.
     bias_rad_s : ndarray, shape (3,)
         Bias of the gyroscope in the sensor frame, rad/s.
 
     Returns
     -------
     SegmentSignals
-        Without bias, a left leg mirrored.
+        Bias removed, a left leg mirrored.
     """
     imu, side = trial.imus[segment], side_of(segment)
     force = to_anatomical.apply(imu.accelerometer_m_s2)
@@ -196,7 +197,7 @@ def signals_in_frame(
 
 
 def _leg(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
-    # sees both sensors of the leg, and asks for their biases itself
+    # uses both sensors of the leg, and computes their biases itself
     return leg_frame(trial, segment)
 
 
@@ -205,7 +206,7 @@ def _knee(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
 
 
 def _available_mode(trial: Trial, segment: str) -> Mode:
-    """Choose the first mode for which the trial has the parts."""
+    """Choose the first mode for which the trial has the recordings."""
     if kind_of(segment) not in MOVEMENT:
         return "sensor"
     if has_whole_leg(trial, segment):
@@ -221,21 +222,21 @@ def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotat
         first = trial.imus[segment].accelerometer_m_s2[: max(1, int(trial.sampling_rate_hz))]
         force, source = first, "over the first second"
     frame = frame_from_gravity(up_from_gravity(force, f"{trial.name}, '{segment}'"))
-    how = f"sensor frame, turned the shortest way to be upright {source}"
+    how = f"sensor frame, made upright by the smallest rotation {source}"
     first_segment = next(iter(trial.imus))
     if segment != first_segment:
-        here, there = (
+        own_rad, first_rad = (
             rest_heading_rad(trial, s, f)
             for s, f in (
                 (segment, frame),
                 (first_segment, _upright_sensor(trial, first_segment, bias)[0]),
             )
         )
-        if here is not None and there is not None:
-            frame = Rotation.from_euler("Z", here - there) * frame
+        if own_rad is not None and first_rad is not None:
+            frame = Rotation.from_euler("Z", own_rad - first_rad) * frame
             how += (
                 f", then about the vertical to the heading of '{first_segment}' at rest, which "
-                "only the reference knows"
+                "only the reference provides"
             )
     return frame, how
 

@@ -1,10 +1,10 @@
-"""Anatomical frames from calibration movements: each on its own, or the whole leg together.
+"""Anatomical frames from calibration movements: segment by segment, or the whole leg together.
 
-Gravity in standing gives z; what is left to find is the direction of y in the horizontal plane of
-the sensor. A hip abduction shows it as the axis that is perpendicular to the one turned about, a
-passive knee flexion as the axis turned about (Tham et al. 2020, section II-A: one movement a
-segment). A leg that is abducted with a straight knee turns as one body, so both of its sensors see
-the same axis at the same time (Favre et al., J Biomech 41:1029, 2008, align two sensors with it).
+Gravity in standing gives z; what remains is the direction of y in the horizontal plane of the
+sensor. It is perpendicular to the rotation axis of a hip abduction, and parallel to that of a
+passive knee flexion (Tham et al. 2020, section II-A: one movement per segment). A leg that is
+abducted with a straight knee moves as one rigid body, so both of its sensors measure the same axis
+at the same time (Favre et al., J Biomech 41:1029, 2008, align two sensors with it).
 """
 
 from typing import Literal
@@ -31,7 +31,7 @@ _MIN_EXCURSION_RAD = np.radians(3.0)
 
 
 def standing_force(trial: Trial, segment: str) -> FloatArray | None:
-    """Give the accelerometer in the calibration posture.
+    """Return the accelerometer in the calibration posture.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def standing_force(trial: Trial, segment: str) -> FloatArray | None:
 
 
 def movement_recording(trial: Trial, segment: str, movement: Movement) -> ImuRecording | None:
-    """Give the recording of a calibration movement of the segment's own leg.
+    """Return the recording of a calibration movement of the segment's own leg.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def movement_recording(trial: Trial, segment: str, movement: Movement) -> ImuRec
 
 
 def has_own_movement(trial: Trial, segment: str) -> bool:
-    """Tell whether `functional_frame` has what it needs.
+    """Return whether the trial has what `functional_frame` needs.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def has_own_movement(trial: Trial, segment: str) -> bool:
     Returns
     -------
     bool
-        Whether there is a stand and the segment's own movement.
+        Whether there is a standing part and the segment's own movement.
     """
     movement = MOVEMENT.get(kind_of(segment))
     return (
@@ -101,7 +101,7 @@ def has_own_movement(trial: Trial, segment: str) -> bool:
 
 
 def has_whole_leg(trial: Trial, segment: str) -> bool:
-    """Tell whether `leg_frame` has what it needs.
+    """Return whether the trial has what `leg_frame` needs.
 
     Parameters
     ----------
@@ -113,7 +113,8 @@ def has_whole_leg(trial: Trial, segment: str) -> bool:
     Returns
     -------
     bool
-        Whether both sensors of the leg have a stand and an abduction, and the shank a flexion.
+        Whether both sensors of the leg have a standing part and an abduction, and the shank a
+        flexion.
     """
     thigh, shank = leg_of(segment)
     return (
@@ -129,7 +130,7 @@ def functional_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tupl
     Parameters
     ----------
     trial : Trial
-        With a stand, and hip abduction (thigh) or passive knee flexion (shank).
+        With a standing part, and hip abduction (thigh) or passive knee flexion (shank).
     segment : str
         Which sensor.
     bias_rad_s : ndarray, shape (3,)
@@ -138,14 +139,14 @@ def functional_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tupl
     Returns
     -------
     sensor_to_anatomical : Rotation
-        Takes vectors in the sensor frame to the anatomical frame.
+        Maps vectors in the sensor frame to the anatomical frame.
     how : str
-        What was done, for people.
+        Method used, as text.
 
     Raises
     ------
     RecordingError
-        If a part is missing or the movement is none.
+        If a part is missing or the movement is too small.
     """
     if not has_own_movement(trial, segment):
         lacking = (
@@ -170,34 +171,35 @@ def leg_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
     Parameters
     ----------
     trial : Trial
-        With a stand, hip abduction with a straight knee and passive knee flexion.
+        With a standing part, hip abduction with a straight knee and passive knee flexion.
     segment : str
         Which sensor, a thigh's or a shank's.
 
     Returns
     -------
     sensor_to_anatomical : Rotation
-        Takes vectors in the sensor frame to the anatomical frame.
+        Maps vectors in the sensor frame to the anatomical frame.
     how : str
-        What was done, for people.
+        Method used, as text.
 
     Raises
     ------
     RecordingError
-        If a part is missing or a movement is none.
+        If a part is missing or a movement is too small.
 
     Notes
     -----
-    The shank sees both movements, and each says where y is. Nobody abducts a leg exactly sideways
-    or has the knee bent exactly about one axis, and the two fail independently: y of the shank is
-    half way between. What this corrects in the abduction was the leg's movement, so the thigh's
-    axis is turned by the same angle. Thigh and shank then agree about the one movement that they
-    made together, and only what the thigh's tissue did meanwhile stands between them.
+    The shank takes part in both movements, and each gives an estimate of y. A leg is never abducted
+    exactly sideways, nor a knee flexed exactly about one axis, and the two errors are independent:
+    y of the shank is half way between the two. The correction to the abduction axis is an error of
+    the leg's movement, so the thigh's axis is rotated by the same angle. Thigh and shank then agree
+    about the movement that they made together, apart from the motion of the thigh's soft tissue.
     """
     if not has_whole_leg(trial, segment):
         raise RecordingError(
-            f"{trial.name}: the leg of '{segment}' lacks a stand, hip abduction or knee flexion of "
-            "thigh and shank for calibration mode 'leg'; 'functional' needs one movement a segment"
+            f"{trial.name}: the leg of '{segment}' lacks a standing part, hip abduction or knee "
+            "flexion of thigh and shank for calibration mode 'leg'; 'functional' needs one "
+            "movement per segment"
         )
     thigh, shank = leg_of(segment)
     up, bias = {}, {}
@@ -235,16 +237,16 @@ def leg_of(segment: str) -> tuple[str, str]:
 
 def _up(trial: Trial, segment: str) -> FloatArray:
     standing = standing_force(trial, segment)
-    assert standing is not None  # callers have asked
+    assert standing is not None  # callers have checked
     return up_from_gravity(standing, f"{trial.name}, standing, '{segment}'")
 
 
 def _left(
     trial: Trial, segment: str, movement: Movement, up: FloatArray, bias_rad_s: FloatArray
 ) -> FloatArray:
-    """Direction of y in the sensor frame, as one movement shows it."""
+    """Direction of y in the sensor frame from one movement."""
     recording = movement_recording(trial, segment, movement)
-    assert recording is not None  # callers have asked
+    assert recording is not None  # callers have checked
     rate = recording.gyroscope_rad_s - bias_rad_s
     rate = rate[np.isfinite(rate).all(axis=1)]
     axis = principal_horizontal_axis(rate, up)

@@ -1,10 +1,10 @@
-"""Headings of thigh and shank from the knee, seen by both sensors over a walk.
+"""Headings of thigh and shank from the knee, measured by both sensors over a walk.
 
-Which way a sensor faces about the long axis of its segment is what gravity does not tell. An error
-there turns the axis about which the knee is said to flex, and the knee's 60 degrees of flexion then
-show up as abduction ('cross-talk'). Baker et al. (Hum Mov Sci 18:655, 1999) turn the thigh until
-knee abduction varies least over the walk; here thigh and shank are turned, since each sensor has a
-heading of its own, and what the calibration said before is weighed in.
+Gravity does not determine the heading of a sensor about the long axis of its segment. A heading
+error rotates the assumed flexion axis of the knee, and part of the knee's 60 degrees of flexion
+then appears as abduction (cross-talk). Baker et al. (Hum Mov Sci 18:655, 1999) rotate the thigh to
+minimise the variance of knee abduction over the walk; here both thigh and shank are rotated, since
+each sensor has a heading of its own, and the previous calibration enters with its uncertainty.
 """
 
 from collections.abc import Callable
@@ -25,19 +25,19 @@ from narx.kinematics.strapdown import strapdown_orientation
 from narx.recordings.trial import Trial, side_of
 from narx.types import BoolArray, FloatArray
 
-# how much a knee abducts and adducts over a stride, root mean square: order of what bone pins
-# show (Lafortune et al., J Biomech 25:347, 1992: 5 degrees from stance to swing)
+# root mean square of knee abduction over a stride: the order of magnitude measured with bone pins
+# (Lafortune et al., J Biomech 25:347, 1992: 5 degrees from stance to swing)
 ABDUCTION_DEG = 2.0
 # two slow strides
 _MIN_WALK_S = 3.0
-# drift of the integrated gyroscope stays below a degree or two, and strides are many enough
+# long enough for many strides, short enough for a drift below a degree or two
 _MAX_WALK_S = 60.0
-# the posture is taken to last until the walk begins, if not for longer than this
+# longest time between the calibration posture and the start of the walk
 _MAX_WAIT_S = 5.0
 # walking is below 10 Hz
 _RATE_HZ = 50.0
 
-# finds the frame of a sensor, and says how: of a trial, a segment's name, its gyroscope's bias
+# (trial, segment, gyroscope bias) to the frame of a sensor and a description of the method
 FrameFinder = Callable[[Trial, str, FloatArray], tuple[Rotation, str]]
 
 
@@ -48,7 +48,7 @@ def turned_by_knee(
     find: FrameFinder,
     heading_sd_deg: tuple[float, float],
 ) -> tuple[Rotation, str]:
-    """Find a frame, and turn it about z as the knee would have it.
+    """Find a frame, and rotate it about z to minimise knee abduction.
 
     Parameters
     ----------
@@ -59,26 +59,27 @@ def turned_by_knee(
     bias_rad_s : ndarray, shape (3,)
         Its gyroscope's bias, rad/s.
     find : callable
-        ``find(trial, segment, bias_rad_s)`` gives the frame to start from and how it was found.
+        ``find(trial, segment, bias_rad_s)`` returns the initial frame and a description of the
+        method.
     heading_sd_deg : tuple of (float, float)
         Standard deviation of the error of such frames about z, thigh and shank, degrees.
 
     Returns
     -------
     sensor_to_anatomical : Rotation
-        Takes vectors in the sensor frame to the anatomical frame.
+        Maps vectors in the sensor frame to the anatomical frame.
     how : str
-        What was done, for people.
+        Method used, as text.
 
     Raises
     ------
     RecordingError
-        As `find` does.
+        As raised by `find`.
 
     Notes
     -----
-    The frame stays as it is without a sensor on the other segment of the leg, and without three
-    seconds of walk, free of gaps, that begin in the calibration posture.
+    The frame is unchanged without a sensor on the other segment of the leg, or without three
+    seconds of walking, free of gaps, that begin in the calibration posture.
     """
     frame, how = find(trial, segment, bias_rad_s)
     turn_rad = _turn_rad(trial, segment, frame, find, heading_sd_deg)
@@ -86,7 +87,7 @@ def turned_by_knee(
         return frame, how
     mirror = -1.0 if side_of(segment) == "left" else 1.0
     return Rotation.from_rotvec([0.0, 0.0, mirror * turn_rad]) * frame, (
-        f"{how}; turned by {np.degrees(turn_rad):.1f} deg about z for the knee to abduct least"
+        f"{how}; rotated by {np.degrees(turn_rad):.1f} deg about z to minimise knee abduction"
     )
 
 
@@ -107,7 +108,7 @@ def _turn_rad(
         try:
             frame = own if name == segment else find(trial, name, bias)[0]
         except RecordingError:
-            # a leg whose other sensor shows nothing is as good as one without it
+            # a leg whose other sensor has no usable data is treated like one without it
             return None
         rate = frame.apply(trial.imus[name].gyroscope_rad_s - bias)
         rates.append(clinical_rates(rate, side_of(name)))
@@ -119,7 +120,7 @@ def _turn_rad(
     return float(turns[leg.index(segment)])
 
 
-def _first_steps(trial: Trial, there: BoolArray) -> NDArray[np.intp]:
+def _first_steps(trial: Trial, valid: BoolArray) -> NDArray[np.intp]:
     """Samples of the walk from the calibration posture on, up to the first gap."""
     time = trial.time_s
     begin, end = trial.walking_s or (time[0], time[-1])
@@ -134,7 +135,7 @@ def _first_steps(trial: Trial, there: BoolArray) -> NDArray[np.intp]:
     samples = np.flatnonzero(
         (time >= posture_s) & (time <= min(end, max(begin, posture_s) + _MAX_WALK_S))
     )
-    gaps = np.flatnonzero(~there[samples])
+    gaps = np.flatnonzero(~valid[samples])
     return samples[: gaps[0]] if gaps.size else samples
 
 
@@ -144,32 +145,31 @@ def knee_headings(
     sampling_rate_hz: float,
     heading_sd_deg: tuple[float, float],
 ) -> FloatArray:
-    """Find by how much thigh and shank must be turned for the knee to abduct least.
+    """Find the rotations of thigh and shank about z that minimise knee abduction.
 
     Parameters
     ----------
     thigh_rad_s, shank_rad_s : ndarray, shape (N, 3)
-        Rates about the clinical axes (`narx.kinematics.segment_angles.axis_rates`) in the frames
-        found so far, without bias and without a gap, rad/s, of a walk that starts in the
-        calibration posture.
+        Rates about the clinical axes (`narx.kinematics.segment_angles.axis_rates`) in the initial
+        frames, without bias and without a gap, rad/s, of a walk that starts in the calibration
+        posture.
     sampling_rate_hz : float
         Samples per second.
     heading_sd_deg : tuple of (float, float)
-        Standard deviation of the errors of the headings of thigh and shank so far, degrees.
+        Standard deviation of the heading errors of the initial frames of thigh and shank, degrees.
 
     Returns
     -------
     ndarray, shape (2,)
-        Turns about z of the (mirrored) anatomical frames of thigh and shank, rad: vectors in the
-        better frame are those in the frame so far, turned by this.
+        Rotations about z of the (mirrored) anatomical frames of thigh and shank, rad: vectors in
+        the improved frame are those in the initial frame, rotated by this.
 
     Notes
     -----
-    Least squares: the knee's abduction at 0.5-10 Hz against `ABDUCTION_DEG`, all of the walk
-    counting as one observation since its strides are alike, and both turns against
-    `heading_sd_deg`. The latter keeps a knee that does abduct with its flexion from being
-    straightened, and the answer from running along the valley in which turns of thigh and shank
-    nearly cancel.
+    Least squares: the knee's abduction at 0.5-10 Hz against `ABDUCTION_DEG`, the whole walk
+    counting as one observation since its strides are alike, and both rotations against
+    `heading_sd_deg`. The latter preserves a real abduction that accompanies flexion, and keeps the
+    solution from running along the valley in which rotations of thigh and shank nearly cancel.
     """
     every = max(1, int(sampling_rate_hz / _RATE_HZ))
     thigh, shank = (
@@ -179,7 +179,7 @@ def knee_headings(
     def residual(turns_rad: FloatArray) -> FloatArray:
         knee = grood_suntay(
             *(
-                # the calibration posture is zero in any frame, so a turn acts on both sides
+                # the calibration posture is zero in any frame, so the rotation acts on both sides
                 compose(turn, orientation, turn.inv()).as_quat(scalar_first=True)
                 for turn, orientation in zip(
                     Rotation.from_euler("Z", turns_rad[:, None]), (thigh, shank), strict=True
@@ -198,7 +198,7 @@ def knee_headings(
 
 
 def _integrated(axis_rates_rad_s: FloatArray, sampling_rate_hz: float) -> Rotation:
-    """Orientation from the gyroscope alone, from a start at zero."""
+    """Orientation from the gyroscope alone, starting at zero."""
     mean_rates = 0.5 * (axis_rates_rad_s[1:] + axis_rates_rad_s[:-1])
     quaternions = strapdown_orientation(mean_rates, 1.0 / sampling_rate_hz, np.zeros(3))
     return Rotation.from_quat(quaternions, scalar_first=True)

@@ -18,7 +18,7 @@ def anatomical_reference(
     *,
     remove_heading_misalignment: bool = False,
 ) -> tuple[FloatArray, list[str]]:
-    """Bring a trial's reference into the frame in which methods estimate.
+    """Express a trial's reference in the frame of the methods' estimates.
 
     Parameters
     ----------
@@ -40,17 +40,17 @@ def anatomical_reference(
         Orientation of the anatomical frame (left leg mirrored), upright and with zero heading in
         the calibration posture; NaN where missing.
     notes : list of str
-        What was done, for people.
+        Processing applied, as text.
     """
     reference = trial.reference[segment]
     quaternion = reference.quaternion_wxyz
-    there = np.asarray(np.isfinite(quaternion).all(axis=1))
+    valid = np.asarray(np.isfinite(quaternion).all(axis=1))
     result = np.full_like(quaternion, np.nan)
     notes: list[str] = []
-    if not there.any():
+    if not valid.any():
         return result, [f"reference of '{segment}' is missing throughout"]
-    orientation = Rotation.from_quat(quaternion[there], scalar_first=True)
-    posture = _posture(trial, there)
+    orientation = Rotation.from_quat(quaternion[valid], scalar_first=True)
+    posture = _posture(trial, valid)
     if reference.frame == "sensor":
         orientation = compose(orientation, sensor_to_anatomical.inv())
         notes.append("reference tracked the sensor: the sensor's calibration applies to it")
@@ -65,7 +65,7 @@ def anatomical_reference(
             angle = estimate_heading_misalignment(
                 imu.time_s,
                 sensor_to_anatomical.apply(imu.gyroscope_rad_s - static_bias_rad_s),
-                imu.time_s[there],
+                imu.time_s[valid],
                 orientation.as_quat(scalar_first=True),
             )
             orientation = compose(orientation, _turn_about_vertical(-angle))
@@ -80,12 +80,12 @@ def anatomical_reference(
     elif not trial.straight:
         orientation = compose(_turn_about_vertical(-_heading_rad(orientation[0])), orientation)
         notes.append("heading of the first sample removed")
-    result[there] = orientation.as_quat(scalar_first=True)
+    result[valid] = orientation.as_quat(scalar_first=True)
     return (mirror_quaternion(result) if side_of(segment) == "left" else result), notes
 
 
 def rest_heading_rad(trial: Trial, segment: str, sensor_to_upright: Rotation) -> float | None:
-    """Tell the heading of a tracked sensor in the calibration posture.
+    """Return the heading of a tracked sensor in the calibration posture.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def rest_heading_rad(trial: Trial, segment: str, sensor_to_upright: Rotation) ->
     segment : str
         Which sensor.
     sensor_to_upright : Rotation
-        Frame whose heading is asked for.
+        Frame whose heading is returned.
 
     Returns
     -------
@@ -105,28 +105,28 @@ def rest_heading_rad(trial: Trial, segment: str, sensor_to_upright: Rotation) ->
     reference = trial.reference.get(segment)
     if reference is None or reference.frame != "sensor":
         return None
-    there = np.asarray(np.isfinite(reference.quaternion_wxyz).all(axis=1))
-    if not there.any() or (posture := _posture(trial, there)) is None:
+    valid = np.asarray(np.isfinite(reference.quaternion_wxyz).all(axis=1))
+    if not valid.any() or (posture := _posture(trial, valid)) is None:
         return None
-    sensor = Rotation.from_quat(reference.quaternion_wxyz[there], scalar_first=True)[posture]
+    sensor = Rotation.from_quat(reference.quaternion_wxyz[valid], scalar_first=True)[posture]
     return _heading_rad(sensor.mean() * sensor_to_upright.inv())
 
 
-def _posture(trial: Trial, there: BoolArray) -> BoolArray | slice | None:
-    """Tell which of the samples that are there show the calibration posture."""
+def _posture(trial: Trial, valid: BoolArray) -> BoolArray | slice | None:
+    """Select the valid samples in the calibration posture."""
     if trial.still_s:
-        time = trial.time_s[there]
+        time = trial.time_s[valid]
         begin, end = trial.still_s[0]
         inside = (time >= begin) & (time <= end)
         if inside.any():
             return np.asarray(inside)
-    if trial.starts_in_calibration_posture and there[0]:
+    if trial.starts_in_calibration_posture and valid[0]:
         return slice(0, 1)
     return None
 
 
 def _heading_rad(orientation: Rotation) -> float:
-    """Heading in the sequence that `narx.kinematics.segment_angles` decomposes with."""
+    """Heading in the rotation sequence of `narx.kinematics.segment_angles`."""
     return float(orientation.as_euler("ZXY")[0])
 
 

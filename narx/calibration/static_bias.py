@@ -1,4 +1,4 @@
-"""The gyroscope's static bias, from whatever the sensor was at rest in."""
+"""The gyroscope's static bias, from the parts in which the sensor was at rest."""
 
 from dataclasses import dataclass
 
@@ -8,21 +8,21 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from narx.recordings.trial import Trial
 from narx.types import FloatArray
 
-# long enough to average noise and sway out, short enough that a hand on the sensor is avoided
+# long enough to average out noise and sway, short enough to avoid handling of the sensor
 WINDOW_S = 5.0
-# a sensor on a table does not turn: what exceeds this is a hand (or noise, were it not averaged)
+# a sensor on a table does not turn: a (smoothed) rate above this is handling of the sensor
 HANDLING_RAD_S = np.radians(2.0)
 HANDLING_MARGIN_S = 0.5
 
 
 @dataclass(frozen=True)
 class StillPart:
-    """A part in which the sensor did not turn.
+    """A part of a recording in which the sensor did not turn.
 
     Parameters
     ----------
     where : str
-        What it was taken from, for people.
+        Part of the recording, for messages.
     bias_rad_s : ndarray, shape (3,)
         Mean of the gyroscope in the sensor frame, rad/s.
     unrest_rad_s : float
@@ -37,7 +37,7 @@ class StillPart:
 def quietest_window(
     gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str, window_s: float = WINDOW_S
 ) -> StillPart | None:
-    """Find the quietest window of a part that should be still.
+    """Find the window with the least variation in a part that should be still.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def quietest_window(
 def resting_mean(
     gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
 ) -> StillPart | None:
-    """Average a recording of a sensor that lies still, but for being put down and taken up.
+    """Average a recording of a sensor at rest, without the handling at its start and end.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def resting_mean(
     Returns
     -------
     StillPart or None
-        Mean over all samples but those within `HANDLING_MARGIN_S` of a rate (averaged over a
+        Mean over all samples except those within `HANDLING_MARGIN_S` of a rate (averaged over a
         tenth of a second) that is more than `HANDLING_RAD_S` off its median; None without one.
     """
     rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
@@ -119,9 +119,9 @@ def static_bias(trial: Trial, segment: str) -> StillPart | None:
 
     Notes
     -----
-    Who stands sways, and the mean rate over a stand of length T is off by the angle between its
-    ends over T, however fine the sensor. So the whole of each part is averaged, and parts are
-    weighted by ``(T / unrest)^2``, the inverse of that error's variance.
+    A standing person sways, so the mean rate over a standing part of length T has an error of the
+    angle between its ends divided by T, whatever the sensor. The whole of each part is therefore
+    averaged, and parts are weighted by ``(T / unrest)^2``, the inverse of that error's variance.
     """
     recording = trial.calibration.get("still", {}).get(segment)
     if recording is not None and recording.n_samples > 1:
@@ -146,7 +146,7 @@ def static_bias(trial: Trial, segment: str) -> StillPart | None:
         )
     if not parts:
         return None
-    # a part without any unrest is a constant signal: finite weight, and the most of all
+    # a part without any deviation is a constant signal: the largest, but a finite weight
     weights = np.array([(length / max(part.unrest_rad_s, 1e-9)) ** 2 for length, part in parts])
     weights /= weights.sum()
     return StillPart(
@@ -159,7 +159,7 @@ def static_bias(trial: Trial, segment: str) -> StillPart | None:
 def _standing_part(
     gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
 ) -> list[tuple[float, StillPart]]:
-    """Average a stand; its length in s beside it, nothing of an empty one."""
+    """Average a standing part; return its length in s as well, nothing if it is empty."""
     rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
     return [(len(rate) / sampling_rate_hz, _mean(rate, where))] if len(rate) else []
 

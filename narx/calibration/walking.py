@@ -1,8 +1,8 @@
-"""Anatomical frames from walking alone, for who did no calibration movements.
+"""Anatomical frames from walking alone, for recordings without calibration movements.
 
 Gravity gives z, in standing or over the walk; the horizontal axis about which the sensor turns most
-gives y; the way a leg swings gives its sign. A leg with a sensor on thigh and shank shows more: its
-knee (`narx.calibration.knee`).
+gives y; the swing of the leg gives its sign. With sensors on thigh and shank, the knee improves the
+headings (`narx.calibration.knee`).
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from narx.errors import RecordingError
 from narx.recordings.trial import Trial
 from narx.types import BoolArray, FloatArray
 
-# errors of the headings that thigh and shank find each in its own walk (docs/recordings.md)
+# heading errors of frames found from one sensor's walk, thigh and shank (docs/recordings.md)
 HEADING_SD_DEG = (5.0, 10.0)
 
 
@@ -32,7 +32,7 @@ def walking_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[R
     Parameters
     ----------
     trial : Trial
-        With a walk of a thigh or a shank; of both of a leg, where it can be had.
+        With a walk of a thigh or a shank, or preferably of both.
     segment : str
         Which sensor.
     bias_rad_s : ndarray, shape (3,)
@@ -41,14 +41,14 @@ def walking_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[R
     Returns
     -------
     sensor_to_anatomical : Rotation
-        Takes vectors in the sensor frame to the anatomical frame.
+        Maps vectors in the sensor frame to the anatomical frame.
     how : str
-        What was done, for people.
+        Method used, as text.
 
     Raises
     ------
     RecordingError
-        If the walk is too short, or does not tell forward from backward.
+        If the walk is too short, or does not distinguish forward from backward.
     """
     return turned_by_knee(trial, segment, bias_rad_s, _own_frame, HEADING_SD_DEG)
 
@@ -68,7 +68,7 @@ def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rota
     if sign == 0:
         raise RecordingError(
             f"{trial.name}: '{segment}' does not swing forward and back at different speeds, "
-            "so forward cannot be told from backward; is it walking?"
+            "so forward and backward cannot be distinguished; is it walking?"
         )
     source = "mean specific force of the walk" if standing is None else "standing"
     return frame_from_left(up, sign * left), (
@@ -85,7 +85,7 @@ def _walking_samples(trial: Trial) -> BoolArray:
 
 
 def _walk(trial: Trial, segment: str, bias: FloatArray) -> FloatArray:
-    # filtered as a whole, then cut, so that a short walk is not all filter transient
+    # filtered as a whole, then cut, so that a short walk is not dominated by the filter transient
     rate = walking_band(trial.imus[segment].gyroscope_rad_s - bias, trial.sampling_rate_hz)
     walk = rate[_walking_samples(trial)]
     return walk[np.isfinite(walk).all(axis=1)]

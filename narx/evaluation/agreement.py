@@ -50,8 +50,8 @@ def _pairs(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArray]:
     first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if first.ndim != 1 or first.shape != second.shape:
         raise ValueError(f"got shapes {first.shape} and {second.shape}, expected twice (N,)")
-    there = ~(np.isnan(first) | np.isnan(second))
-    return first[there], second[there]
+    valid = ~(np.isnan(first) | np.isnan(second))
+    return first[valid], second[valid]
 
 
 def correlation(a: ArrayLike, b: ArrayLike) -> float:
@@ -143,7 +143,7 @@ class LimitsOfAgreement:
 
 
 def limits_of_agreement(errors: ArrayLike, confidence: float = 0.95) -> LimitsOfAgreement:
-    """Limits of agreement of independent errors, one a subject, with exact intervals.
+    """Limits of agreement of independent errors, one per subject, with exact intervals.
 
     Parameters
     ----------
@@ -214,9 +214,9 @@ def repeated_limits_of_agreement(
     """
     error = np.asarray(errors, dtype=float).ravel()
     _, code = np.unique(np.asarray(subjects).ravel(), return_inverse=True)
-    there = np.isfinite(error)
-    _, code = np.unique(code[there], return_inverse=True)
-    error = error[there]
+    valid = np.isfinite(error)
+    _, code = np.unique(code[valid], return_inverse=True)
+    error = error[valid]
     count = np.bincount(code)
     n = len(count)
     if n < 2:

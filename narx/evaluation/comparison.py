@@ -248,7 +248,7 @@ def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        A row an axis and method with the keys `COLUMNS`; an axis without a pair has
+        One row per axis and method with the keys `COLUMNS`; an axis without a pair has
         ``n_samples`` 0 and NaN.
     """
     table = []

@@ -88,11 +88,11 @@ def block_errors(
     if len(time) < 2:
         return np.empty(0), np.empty(0)
     block = np.floor((time - time[0]) / block_s).astype(int)
-    there = ~np.isnan(error)
+    valid = ~np.isnan(error)
     samples = np.bincount(block)
-    count = np.bincount(block[there], minlength=len(samples))
-    value = error[there] ** 2 if quantity == "rmse" else error[there]
-    total = np.bincount(block[there], value, minlength=len(samples))
+    count = np.bincount(block[valid], minlength=len(samples))
+    value = error[valid] ** 2 if quantity == "rmse" else error[valid]
+    total = np.bincount(block[valid], value, minlength=len(samples))
     enough = count > 0.5 * block_s / float(np.median(np.diff(time)))
     mean = total[enough] / count[enough]
     summed_up = np.sqrt(mean) if quantity == "rmse" else mean

@@ -41,7 +41,7 @@ def bootstrap_mean(
     Parameters
     ----------
     values : array_like, shape (n,)
-        One value a subject, any unit; NaN do not count.
+        One value per subject, any unit; NaN do not count.
     confidence : float
         Coverage of the interval.
     n_resamples : int
@@ -125,7 +125,7 @@ def paired_test(
     Parameters
     ----------
     first, second : array_like, shape (n,)
-        One value a subject, in the same order; pairs with a NaN do not count.
+        One value per subject, in the same order; pairs with a NaN do not count.
     n_resamples : int
         Exchanges drawn where there are too many to try all, and draws of the bootstrap.
     seed : int

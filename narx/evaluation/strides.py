@@ -88,17 +88,17 @@ def stride_table(sets: Iterable[StrideSet]) -> pd.DataFrame:
         for method, estimate in one.estimates_deg.items():
             for axis, name in enumerate(AXES):
                 reference, angles = one.reference_deg[:, :, axis], estimate[:, :, axis]
-                there = np.flatnonzero(np.isfinite(reference + angles).all(axis=1))
-                if not there.size:
+                valid = np.flatnonzero(np.isfinite(reference + angles).all(axis=1))
+                if not valid.size:
                     continue
-                reference, angles = reference[there], angles[there]
+                reference, angles = reference[valid], angles[valid]
                 frames.append(
                     pd.DataFrame(
                         {
                             **{key: getattr(one, key) for key in KEYS},
                             "axis": name,
                             "method": method,
-                            "stride": there,
+                            "stride": valid,
                             "range_reference": np.ptp(reference, axis=1),
                             "range_estimate": np.ptp(angles, axis=1),
                             "maximum_reference": reference.max(axis=1),
@@ -136,10 +136,10 @@ def mean_waveforms(
         if method not in one.estimates_deg:
             continue
         pair = one.reference_deg[:, :, axis], one.estimates_deg[method][:, :, axis]
-        there = np.isfinite(pair[0] + pair[1]).all(axis=1)
-        if there.any():
+        valid = np.isfinite(pair[0] + pair[1]).all(axis=1)
+        if valid.any():
             by_subject.setdefault((one.dataset, one.subject), []).append(
-                (pair[0][there], pair[1][there])
+                (pair[0][valid], pair[1][valid])
             )
     means = [
         [np.concatenate(side).mean(axis=0) for side in zip(*pairs, strict=True)]

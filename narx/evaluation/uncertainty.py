@@ -39,8 +39,8 @@ def _standardised(error_rad: ArrayLike, std_rad: ArrayLike) -> tuple[FloatArray,
     error, std = np.asarray(error_rad, dtype=float), np.asarray(std_rad, dtype=float)
     if error.shape != std.shape:
         raise ValueError(f"errors have shape {error.shape}, standard deviations {std.shape}")
-    there = ~(np.isnan(error) | np.isnan(std))
-    error, std = error[there], std[there]
+    valid = ~(np.isnan(error) | np.isnan(std))
+    error, std = error[valid], std[valid]
     if (std < 0).any():
         raise ValueError(f"a standard deviation is negative ({std.min():g})")
     # certain and right is inside every band, certain and wrong inside none

@@ -14,9 +14,9 @@ point     meaning (Table 2)              signal (Table 3)
 
 The intervals between them are loading response (b-c), mid stance (c-d), terminal stance (d-e),
 pre-swing (e-f) and swing (f-g). The paper's text calls the minimum of the thigh angle, ``e``,
-toe-off, while its Table 2 lets swing begin at ``f``; in a person who walks, the thigh swings
-forward from about the moment when the *other* foot comes down (``e``), and its own toes leave
-the ground near the highest rate (``f``).
+toe-off, while its Table 2 begins swing at ``f``. In walking, the thigh swings forward from about
+the moment when the *other* foot comes down (``e``), and its own toes leave the ground near the
+highest rate (``f``).
 """
 
 from collections.abc import Mapping
@@ -56,9 +56,9 @@ PHASES: Mapping[str, tuple[str, str]] = MappingProxyType(
     }
 )
 
-# human walking has nothing of interest above; the derivative would be noise
+# human walking has no relevant content above this; the derivative would be noise
 _LOW_PASS_HZ = 6.0
-# harmonics of the stride that outline it: one swing lobe, one dip in stance
+# harmonics of the stride that outline its shape: one swing lobe, one dip in stance
 _OUTLINE_HARMONICS = 2.5
 # from the end of swing, initial contact comes within this part of a stride (it takes a tenth),
 # the end of mid stance after it (a third)
@@ -72,7 +72,7 @@ class GaitPhases:
     Parameters
     ----------
     times_s : mapping of str to ndarray, shape (S,)
-        By point ``a`` ... ``g``, one entry a stride from the end of one swing to the next, in
+        By point ``a`` ... ``g``, one entry per stride from the end of one swing to the next, in
         order of time.
     """
 
@@ -189,7 +189,7 @@ def gait_phases(sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float) -> Gait
     Returns
     -------
     GaitPhases
-        Strides that lie between two gaps as a whole.
+        Complete strides between gaps.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def _strides(
 
 
 def _crossings(values: FloatArray) -> FloatArray:
-    """Places, in samples, at which a signal rises through zero, between samples."""
+    """Positions in samples, interpolated, at which a signal rises through zero."""
     before = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
     return before + values[before] / (values[before] - values[before + 1])
 

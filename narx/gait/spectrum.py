@@ -1,4 +1,4 @@
-"""Amplitude spectrum of a gyroscope, and how many hidden neurons it asks for."""
+"""Amplitude spectrum of a gyroscope, and the number of hidden neurons derived from it."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from narx.types import FloatArray
 def single_sided_amplitude_spectrum(
     values: ArrayLike, sampling_rate_hz: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Amplitudes of the sinusoids that a signal is made of.
+    """Amplitudes of the sinusoidal components of a signal.
 
     Parameters
     ----------
@@ -57,16 +57,16 @@ def component_powers(
     sampling_rate_hz : float
         Sampling rate.
     highest_hz : float
-        Where walking ends and noise and soft tissue begin. Winter et al. (J Biomech 7:479-486,
-        1974) found 99.7 % of the power of leg movements in walking below 6 Hz.
+        Upper limit of the motion of walking; above are noise and soft tissue. Winter et al. (J
+        Biomech 7:479-486, 1974) found 99.7 % of the power of leg movements in walking below 6 Hz.
 
     Returns
     -------
     stride_frequency_hz : float
         Fundamental.
     power : ndarray, shape (H,)
-        Share of harmonic 1, 2, ... up to `highest_hz` in their sum. What lies below half the
-        stride frequency (drift, turning) belongs to none.
+        Share of harmonic 1, 2, ... up to `highest_hz` in their sum. Power below half the stride
+        frequency (drift, turning) is left out.
 
     Raises
     ------
@@ -75,8 +75,8 @@ def component_powers(
 
     Notes
     -----
-    Strides differ from one another, so a component is a narrow hump of the spectrum and not one
-    line: each harmonic gets the band of one stride frequency around it.
+    Strides differ from one another, so a component is a narrow peak of the spectrum and not a
+    single line: each harmonic gets the band of one stride frequency around it.
     """
     frequency_hz, amplitude = single_sided_amplitude_spectrum(sagittal_rate_rad_s, sampling_rate_hz)
     fundamental_hz = stride_frequency_hz(sagittal_rate_rad_s, sampling_rate_hz)
@@ -103,14 +103,14 @@ def hidden_neurons(
     sampling_rate_hz : float
         Sampling rate.
     power_fraction : float
-        Share of the power that the major components must hold together.
+        Share of the power that the major components must have together.
     highest_hz : float
         As in `component_powers`.
 
     Returns
     -------
     int
-        Number of harmonics of the stride, the strongest first, that it takes.
+        Number of harmonics of the stride, strongest first, that reach this share.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where a recording stands still and where it walks, from one IMU."""
+"""Standing and walking parts of a recording, detected from one IMU."""
 
 from dataclasses import dataclass, replace
 
@@ -9,7 +9,7 @@ from narx.errors import MethodNotApplicableError
 from narx.recordings.trial import GRAVITY_M_S2
 from narx.types import BoolArray, FloatArray
 
-# a sensor that is strapped on and taken off within the recording moves outside the walk, too
+# a sensor that is put on or taken off during the recording also moves outside the walk
 _MOST_MOVEMENT_OUTSIDE = 0.25
 
 
@@ -54,25 +54,25 @@ class StillThresholds:
         sampling_rate_hz : float
             Sampling rate.
         margin : float
-            Times the mean deviation in the first second. The paper says 'slightly higher than
-            the average'; the peaks of a tremor that is a sinusoid are pi / 2 times its average
-            size, so anything below 1.6 would still break every run.
+            Factor on the mean deviation in the first second. The paper says 'slightly higher than
+            the average'; the peaks of a sinusoidal tremor are pi / 2 times its mean magnitude, so
+            any factor below 1.6 would still interrupt every run.
 
         Returns
         -------
         StillThresholds
-            With no threshold below its value here.
+            No threshold is lower than its value in this object.
         """
         first = slice(0, max(1, round(sampling_rate_hz)))
         rate, gravity = _deviation(axis_rates_rad_s, specific_force_m_s2)
         rate, gravity = rate[first], gravity[first]
-        there = np.isfinite(rate) & np.isfinite(gravity)
-        if not there.any():
+        valid = np.isfinite(rate) & np.isfinite(gravity)
+        if not valid.any():
             return self
         return replace(
             self,
-            rate_rad_s=max(self.rate_rad_s, margin * float(rate[there].mean())),
-            gravity_fraction=max(self.gravity_fraction, margin * float(gravity[there].mean())),
+            rate_rad_s=max(self.rate_rad_s, margin * float(rate[valid].mean())),
+            gravity_fraction=max(self.gravity_fraction, margin * float(gravity[valid].mean())),
         )
 
 
@@ -162,27 +162,27 @@ def start_and_stop(
     Returns
     -------
     tuple of (int, int) or None
-        Last still sample before and first still sample after the walk; None if the recording
-        stands still from end to end.
+        Last still sample before and first still sample after the walk; None if the whole recording
+        is still.
 
     Raises
     ------
     MethodNotApplicableError
-        If there is no still part before the walk, or none after it (says which, and over what
-        time it was looked for), or if what was found are pauses within a longer walk.
+        If there is no still part before or after the walk (the message names which, and the time
+        that was searched), or if the still parts found are pauses within a longer walk.
 
     Notes
     -----
-    The paper looks outwards from the middle of the recording. Here it is the middle (median) of
-    the samples that are not still, which is the same where standing before and after lasts
-    equally long, and is still inside the walk where it does not.
+    The paper searches outwards from the middle of the recording. Here the search starts at the
+    median of the samples that are not still: the same sample where the person stands equally long
+    before and after, and inside the walk in any other case.
     """
     limits = thresholds or StillThresholds()
     rates = np.asarray(axis_rates_rad_s, dtype=float)
     force = np.asarray(specific_force_m_s2, dtype=float)
     still = still_samples(rates, force, sampling_rate_hz, limits)
-    there = np.isfinite(rates).all(axis=1) & np.isfinite(force).all(axis=1)
-    moving = np.flatnonzero(there & ~still)
+    valid = np.isfinite(rates).all(axis=1) & np.isfinite(force).all(axis=1)
+    moving = np.flatnonzero(valid & ~still)
     if not moving.size:
         return None
     middle = int(moving[len(moving) // 2])

@@ -1,6 +1,6 @@
-"""Cadence from a thigh's or shank's sagittal gyroscope: of a whole walk, and causally.
+"""Cadence from a thigh's or shank's sagittal gyroscope: over a whole walk, or causally.
 
-Everything here looks at one axis, the rate about the sagittal axis of a leg segment, because
+Everything here uses one axis, the rate about the sagittal axis of a leg segment, because
 that axis carries the swing: one large positive lobe per stride. Times and frequencies are in
 physical units, so a recording may have any sampling rate.
 """
@@ -18,7 +18,7 @@ from narx.types import FloatArray
 # from a very slow, cautious gait (Parkinson's disease, 0.5 strides/s) to sprinting (1.7)
 STRIDE_FREQUENCY_RANGE_HZ = (0.4, 1.8)
 
-# samples per second that a stride frequency to a thousandth needs; more only take time
+# samples per second that suffice for a stride frequency to a thousandth
 _ENOUGH_HZ = 100.0
 
 
@@ -37,7 +37,7 @@ def stride_frequency_hz(
     sampling_rate_hz : float
         Sampling rate.
     frequency_range_hz : tuple of (float, float)
-        Lowest and highest stride frequency looked for.
+        Lowest and highest stride frequency considered.
     minimum_correlation : float
         Autocorrelation that one stride must have with the next for the signal to count as
         walking.
@@ -51,26 +51,26 @@ def stride_frequency_hz(
     Notes
     -----
     The autocorrelation repeats at twice, three times ... the stride time, nearly as high; the
-    first maximum that comes within 15 % of the highest is the stride. It is taken over pairs of
-    samples that are both there, so gaps neither add nor remove periods.
+    first maximum that comes within 15 % of the highest is the stride. It is computed over pairs of
+    valid samples, so gaps neither add nor remove periods.
     """
     block = max(1, int(sampling_rate_hz / _ENOUGH_HZ))
     rate = _block_means(np.asarray(sagittal_rate_rad_s, dtype=float), block)
     sampling_rate_hz = sampling_rate_hz / block
-    there = np.isfinite(rate)
+    valid = np.isfinite(rate)
     shortest = sampling_rate_hz / frequency_range_hz[1]
     longest = sampling_rate_hz / frequency_range_hz[0]
-    if there.sum() < 2 * shortest or shortest < 2:
+    if valid.sum() < 2 * shortest or shortest < 2:
         return float("nan")
-    centred = np.where(there, rate - rate[there].mean(), 0.0)
-    power = float(centred @ centred) / int(there.sum())
+    centred = np.where(valid, rate - rate[valid].mean(), 0.0)
+    power = float(centred @ centred) / int(valid.sum())
     if np.sqrt(power) < MINIMUM_RMS_RAD_S:
         return float("nan")
     lags = np.arange(min(len(rate), int(np.ceil(longest)) + 2))
     products = _autocorrelation(centred, len(lags))
-    pairs = len(rate) - lags if there.all() else _autocorrelation(there.astype(float), len(lags))
-    # a lag that few pairs cover says little
-    covered = pairs > 0.25 * there.sum()
+    pairs = len(rate) - lags if valid.all() else _autocorrelation(valid.astype(float), len(lags))
+    # a lag covered by few pairs is unreliable
+    covered = pairs > 0.25 * valid.sum()
     correlation = np.where(covered, products / np.maximum(pairs, 1.0) / power, 0.0)
     peaks, _ = signal.find_peaks(correlation)
     peaks = peaks[(peaks >= shortest) & (peaks <= longest)]
@@ -81,7 +81,7 @@ def stride_frequency_hz(
 
 
 def _block_means(values: FloatArray, block: int) -> FloatArray:
-    """Means of samples that follow one another; NaN where one of them is."""
+    """Means of consecutive samples; NaN where one of them is NaN."""
     return values[: len(values) // block * block].reshape(-1, block).mean(axis=1)
 
 
@@ -91,7 +91,7 @@ def _autocorrelation(values: FloatArray, n_lags: int) -> FloatArray:
 
 
 def _parabola_vertex(three: FloatArray) -> float:
-    """Place of the maximum of a parabola through samples at -1, 0 and 1."""
+    """Position of the maximum of a parabola through samples at -1, 0 and 1."""
     left, middle, right = three
     curvature = left - 2.0 * middle + right
     return 0.0 if curvature == 0.0 else float(0.5 * (left - right) / curvature)
@@ -99,7 +99,7 @@ def _parabola_vertex(three: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class StrideFrequencyTracker:
-    """Follows the stride frequency causally, one sample of the sagittal rate at a time.
+    """Tracks the stride frequency causally, one sample of the sagittal rate at a time.
 
     A stride ends when the low-passed rate rises above half its running root mean square after
     having been below zero: the swing of a thigh or shank is one large positive lobe, so this
@@ -109,12 +109,12 @@ class StrideFrequencyTracker:
     Parameters
     ----------
     start_frequency_hz : float
-        Answer until the first stride has been seen.
+        Value returned until the first stride has been detected.
     frequency_range_hz : tuple of (float, float)
-        Strides outside are taken for pauses or disturbances and left out.
+        Strides outside are treated as pauses or disturbances and left out.
     low_pass_hz : float
-        Cut-off of the first-order low-pass filter before the crossing detector; it delays the
-        crossings, all by about the same time, so stride times stay right.
+        Cut-off of the first-order low-pass filter before the crossing detector; it delays all
+        crossings by about the same time, so stride times stay right.
     rms_time_s : float
         Time constant of the running mean square.
     smoothing : float
@@ -128,12 +128,12 @@ class StrideFrequencyTracker:
     smoothing: float = 0.3
 
     def start(self, sampling_rate_hz: float) -> Callable[[float], float]:
-        """Begin to follow a walk.
+        """Start tracking a walk.
 
         Parameters
         ----------
         sampling_rate_hz : float
-            Rate at which samples will come.
+            Sampling rate.
 
         Returns
         -------
@@ -143,7 +143,7 @@ class StrideFrequencyTracker:
         return _Following(self._first_state(), self._constants(sampling_rate_hz))
 
     def follow(self, sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float) -> FloatArray:
-        """Follow a whole recording; the same numbers as sample by sample.
+        """Track a whole recording; the same numbers as sample by sample.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class StrideFrequencyTracker:
         Returns
         -------
         ndarray, shape (N,)
-            Stride frequency in Hz that was known at each sample.
+            Stride frequency in Hz estimated up to each sample.
         """
         rate = np.ascontiguousarray(sagittal_rate_rad_s, dtype=float)
         return track_all(rate, self._first_state(), self._constants(sampling_rate_hz))

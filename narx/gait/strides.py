@@ -1,18 +1,18 @@
-"""Strides of a recording, each stretched to 0-100 % of its gait cycle."""
+"""Strides of a recording, each normalised to 0-100 % of its gait cycle."""
 
 import numpy as np
 
 from narx.types import FloatArray
 
 POINTS = 101
-# a stride longer than this many times the usual one spans a pause, or a contact was not found
+# a stride longer than this many median strides spans a pause or a missed contact
 LONGEST_TO_MEDIAN = 1.5
 
 
 def normalised_strides(
     time_s: FloatArray, values: FloatArray, contacts_s: FloatArray, points: int = POINTS
 ) -> FloatArray:
-    """Cut a signal at foot contacts and bring every stride to the same number of points.
+    """Cut a signal at foot contacts and resample every stride to the same number of points.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def normalised_strides(
     -------
     ndarray, shape (S, points, C)
         Linear interpolation between the two samples beside each point. A stride is NaN throughout
-        where a sample of it is missing, where it reaches beyond the signal, or where it lasts
-        more than 1.5 times the median stride; so strides of several signals stay in step.
+        where one of its samples is missing, where it extends beyond the signal, or where it lasts
+        more than 1.5 times the median stride, so that the strides of several signals stay aligned.
     """
     contacts = np.asarray(contacts_s, dtype=float)
     n_strides = max(0, len(contacts) - 1)

@@ -17,7 +17,7 @@ from narx.kernels.limits import COS_FRONTAL_MIN
 
 Recursion = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any]]
 
-# columns of a state (3, 3), a row an axis
+# columns of a state (3, 3), one row per axis
 OUTPUT, MEMORY, BEFORE = range(3)
 
 

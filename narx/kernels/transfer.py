@@ -1,4 +1,4 @@
-"""Between recordings (a row a sequence) and tiles (a column a sample and lane)."""
+"""Between recordings (one row per sequence) and tiles (one column per sample and lane)."""
 
 from typing import Any
 

@@ -31,7 +31,7 @@ from scipy.spatial.transform import Rotation
 from narx.kinematics.segment_angles import mirror_quaternion
 from narx.types import FloatArray
 
-# sine of the angle between e1 and e3 below which the floating axis is lost in rounding
+# sine of the angle between e1 and e3 below which rounding errors dominate the floating axis
 _GIMBAL_LOCK = 1e-7
 
 
@@ -43,7 +43,7 @@ def grood_suntay(proximal_wxyz: ArrayLike, distal_wxyz: ArrayLike) -> FloatArray
     proximal_wxyz, distal_wxyz : array_like, shape (N, 4)
         Orientations of both anatomical frames in the same global frame, w, x, y, z, mirrored to
         a right leg (`joint_angles` does that for raw ones). Both relative to the calibration
-        posture, so that the posture itself is zero. Rows with NaN are missing.
+        posture, which is therefore zero. Rows with NaN are missing.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def grood_suntay(proximal_wxyz: ArrayLike, distal_wxyz: ArrayLike) -> FloatArray
     -----
     At an abduction of +-90 degrees e1 and e3 are parallel, there is no floating axis, and only
     the sum (or difference) of flexion and rotation is defined. The rotation is then reported as
-    zero and flexion takes the whole, so that the three angles still compose to the orientation.
+    zero and flexion takes the whole sum, so that the three angles still compose to the orientation.
     """
     proximal = np.atleast_2d(np.asarray(proximal_wxyz, dtype=float))
     distal = np.atleast_2d(np.asarray(distal_wxyz, dtype=float))
@@ -101,7 +101,7 @@ def joint_angles(
     Parameters
     ----------
     proximal_wxyz, distal_wxyz : array_like, shape (N, 4)
-        Orientations as they were measured (x forward, y left, z up), not mirrored.
+        Orientations as measured (x forward, y left, z up), not mirrored.
     side : {"left", "right"}
         Which leg; a left one is mirrored through the sagittal plane first.
 

@@ -17,7 +17,7 @@ def compose(*rotations: Rotation) -> Rotation:
     Parameters
     ----------
     *rotations : scipy.spatial.transform.Rotation
-        Each N rotations, or a single one that holds for all.
+        Each N rotations, or a single one that applies to all.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def compose(*rotations: Rotation) -> Rotation:
 
 
 def from_angles(axes: str, angles_rad: ArrayLike) -> Rotation:
-    """Compose turns about the axes of the moving frame.
+    """Compose rotations about the axes of the moving frame.
 
     Parameters
     ----------

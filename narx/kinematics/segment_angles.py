@@ -1,10 +1,10 @@
-"""Between a segment's orientation, its three clinical angles and their rates.
+"""Conversions between a segment's orientation, its three clinical angles and their rates.
 
 Frames and signs (the whole package relies on them)
 ---------------------------------------------------
 Anatomical frame: x forward, y left, z up along the segment. Segments of the left leg are
-mirrored through the sagittal plane before anything else (`mirror_left`), so every method sees
-a right leg and "right and left alike" needs no second thought.
+mirrored through the sagittal plane before anything else (`mirror_left`), so every method receives
+the signals of a right leg.
 
 With ``R`` the orientation of the anatomical frame in the global frame (z up), relative to the
 calibration posture, ``R = Rz(psi) Rx(phi) Ry(theta)``:
@@ -89,7 +89,7 @@ def mirror_quaternion(quaternion_wxyz: ArrayLike) -> FloatArray:
 
 
 def axis_rates(rate_xyz: ArrayLike) -> FloatArray:
-    """Turn anatomical x, y, z rates into rates about the clinical axes, with reported signs.
+    """Convert anatomical x, y, z rates to rates about the clinical axes, with the reported signs.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def gyroscope_xyz(axis_rates_rad_s: ArrayLike) -> FloatArray:
 
 
 def clinical_rates(rate_xyz: ArrayLike, side: Literal["left", "right"] | None) -> FloatArray:
-    """Turn a segment's anatomical x, y, z rates into rates about the clinical axes of its leg.
+    """Convert a segment's anatomical x, y, z rates to rates about the clinical axes of its leg.
 
     Parameters
     ----------
@@ -154,8 +154,8 @@ def angles_from_orientation(quaternion_wxyz: ArrayLike) -> FloatArray:
     Returns
     -------
     ndarray, shape (N, 3)
-        Angles in rad in the order of `AXES`; transverse is unwrapped over the samples that are
-        there, because a walker may turn more than once. Missing rows are NaN.
+        Angles in rad in the order of `AXES`; transverse is unwrapped over the valid samples,
+        because a walker may turn more than once. Missing rows are NaN.
     """
     quaternion = np.atleast_2d(np.asarray(quaternion_wxyz, dtype=float))
     angles = np.full((len(quaternion), 3), np.nan)
@@ -185,7 +185,7 @@ def orientation_from_angles(angles_rad: ArrayLike) -> FloatArray:
     quaternion = np.full((len(angles), 4), np.nan)
     there = np.isfinite(angles).all(axis=1)
     if there.any():
-        # by hand: scipy takes five times as long, seconds for the minutes of a trial
+        # written out: scipy takes five times as long, which is seconds per trial
         half = 0.5 * angles[there].T * np.array([[-1.0], [-1.0], [1.0]])
         (cy, cx, cz), (sy, sx, sz) = np.cos(half), np.sin(half)
         w, x, y, z = cz * cx, cz * sx, sz * sx, sz * cx
@@ -214,7 +214,7 @@ def tilt_from_specific_force(specific_force_m_s2: ArrayLike) -> FloatArray:
 
 
 def coupled_rates(axis_rates_rad_s: ArrayLike, angles_rad: ArrayLike) -> FloatArray:
-    """Turn gyroscope rates into the rates of change of the three angles (Euler kinematics).
+    """Convert gyroscope rates to the rates of change of the three angles (Euler kinematics).
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def coupled_rates(axis_rates_rad_s: ArrayLike, angles_rad: ArrayLike) -> FloatAr
     Notes
     -----
     From ``R = Rz(psi) Rx(phi) Ry(theta)``; integrating each gyroscope axis on its own drops
-    these terms, which books a turn of a tilted segment as flexion.
+    these terms, so that a turn of a tilted segment appears as flexion.
     """
     sagittal_rate, frontal_rate, transverse_rate = np.moveaxis(
         np.asarray(axis_rates_rad_s, dtype=float), -1, 0

@@ -8,7 +8,7 @@ from narx.types import FloatArray
 def strapdown_orientation(
     mean_rates_rad_s: FloatArray, interval_s: float, initial_angles_rad: FloatArray
 ) -> FloatArray:
-    """Compose the turns of a segment from one sample to the next.
+    """Compose the rotations of a segment from one sample to the next.
 
     Parameters
     ----------

@@ -66,10 +66,10 @@ class _MeanRates:
     ) -> None:
         imu_time = np.asarray(imu_time_s, dtype=float)
         gyroscope = np.asarray(gyroscope_rad_s, dtype=float)
-        there = np.isfinite(gyroscope).all(axis=1)
-        if there.sum() < _MIN_INTERVALS:
+        valid = np.isfinite(gyroscope).all(axis=1)
+        if valid.sum() < _MIN_INTERVALS:
             raise RecordingError("clock alignment: too few gyroscope samples")
-        imu_time, gyroscope = imu_time[there], gyroscope[there]
+        imu_time, gyroscope = imu_time[valid], gyroscope[valid]
         self._first, self._last = imu_time[[0, -1]]
         self._integral = CubicSpline(imu_time, gyroscope).antiderivative()
         # what the spline makes up between two samples far apart must not be compared
@@ -83,7 +83,7 @@ class _MeanRates:
         begin = np.flatnonzero(seen[:-n] & seen[n:] & (time[n:] - time[:-n] < (n + 0.5) * step))
         if begin.size < _MIN_INTERVALS:
             raise RecordingError(
-                f"clock alignment: only {begin.size} intervals of the reference are there, "
+                f"clock alignment: only {begin.size} intervals of the reference are valid, "
                 f"expected at least {_MIN_INTERVALS}"
             )
         self._begin_s, self._end_s = time[begin], time[begin + n]

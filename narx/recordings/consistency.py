@@ -73,8 +73,8 @@ def fit_rotation(
     Fit or None
         None with less than three seconds of movement.
     """
-    there = np.isfinite(gyroscope_rad_s).all(axis=1) & np.isfinite(accelerometer_m_s2).all(axis=1)
-    rate, force = gyroscope_rad_s[there], accelerometer_m_s2[there]
+    valid = np.isfinite(gyroscope_rad_s).all(axis=1) & np.isfinite(accelerometer_m_s2).all(axis=1)
+    rate, force = gyroscope_rad_s[valid], accelerometer_m_s2[valid]
     if len(rate) < _MIN_MOVING_S * sampling_rate_hz or sampling_rate_hz <= 4 * _LOW_PASS_HZ:
         return None
     low_pass = butter(2, _LOW_PASS_HZ, fs=sampling_rate_hz, output="sos")
@@ -120,7 +120,7 @@ def fit_rotation(
 
 
 def _explained_by(rate: FloatArray, force: FloatArray, moving: BoolArray) -> FloatArray:
-    """Change of the specific force by each axis of the gyroscope, a column an axis."""
+    """Change of the specific force by each axis of the gyroscope, one column per axis."""
     return np.stack(
         [-np.cross(rate * np.eye(3)[k], force)[moving].ravel() for k in range(3)], axis=1
     )

@@ -173,10 +173,10 @@ def _clipping(rate: FloatArray) -> list[str]:
     levels = []
     for axis, name in enumerate("xyz"):
         one = rate[:, axis]
-        there = one[np.isfinite(one)]
-        if there.size < 10:
+        valid = one[np.isfinite(one)]
+        if valid.size < 10:
             continue
-        for level in (there.max(), there.min()):
+        for level in (valid.max(), valid.min()):
             at_level = one == level
             if abs(level) < _CLIPPED_RAD_S or at_level.mean() < _CLIPPED_SHARE:
                 continue

@@ -84,8 +84,8 @@ def _rate_hz(time_s: FloatArray) -> float:
     return float(1.0 / np.median(np.diff(time_s))) if len(time_s) > 1 else np.nan
 
 
-def _interpolated(recording: ImuRecording, there: BoolArray, time_s: FloatArray) -> FloatArray:
-    complete = there & np.isfinite(recording.accelerometer_m_s2).all(axis=1)
+def _interpolated(recording: ImuRecording, valid: BoolArray, time_s: FloatArray) -> FloatArray:
+    complete = valid & np.isfinite(recording.accelerometer_m_s2).all(axis=1)
     own = recording.time_s[complete]
     result = np.full((len(time_s), 3), np.nan)
     if len(own) < 2:

@@ -135,12 +135,12 @@ def _check_size(time: FloatArray, where: str) -> None:
 
 
 def _check_range(rate: FloatArray, where: str) -> None:
-    there = rate[np.isfinite(rate).all(axis=1)]
-    if not len(there):
+    valid = rate[np.isfinite(rate).all(axis=1)]
+    if not len(valid):
         return
-    peaks = np.abs(there).max(axis=1)
+    peaks = np.abs(valid).max(axis=1)
     if (peaks > IMPOSSIBLE_RAD_S).mean() > _IMPOSSIBLE_SHARE:
-        whole = any(np.allclose(w, np.round(w), atol=1e-6) for w in (there, np.degrees(there)))
+        whole = any(np.allclose(w, np.round(w), atol=1e-6) for w in (valid, np.degrees(valid)))
         raise RecordingError(
             f"{where}: the gyroscope reaches {np.degrees(np.quantile(peaks, 0.999)):.0f} deg/s, "
             "beyond any gyroscope on a leg; "

@@ -53,7 +53,7 @@ def uniform_clock(start_s: float, stop_s: float, sampling_rate_hz: float) -> Flo
 
 
 def contiguous_pieces(
-    time_s: ArrayLike, there: ArrayLike, max_gap_s: float
+    time_s: ArrayLike, valid: ArrayLike, max_gap_s: float
 ) -> list[NDArray[np.intp]]:
     """Split samples into pieces without a gap.
 
@@ -61,10 +61,10 @@ def contiguous_pieces(
     ----------
     time_s : array_like, shape (N,)
         Increasing sampling times, s.
-    there : array_like of bool, shape (N,)
+    valid : array_like of bool, shape (N,)
         Which samples hold a value.
     max_gap_s : float
-        Samples that are there and no further apart than this belong to one piece.
+        Valid samples no further apart than this belong to one piece.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def contiguous_pieces(
         Indices of each piece's samples, in order.
     """
     time = np.asarray(time_s, dtype=float)
-    samples = np.flatnonzero(np.asarray(there, dtype=bool))
+    samples = np.flatnonzero(np.asarray(valid, dtype=bool))
     if samples.size == 0:
         return []
     return np.split(samples, np.flatnonzero(np.diff(time[samples]) > max_gap_s) + 1)
@@ -145,7 +145,7 @@ def _decimated(fine: FloatArray, factor: int) -> FloatArray:
 def resample_quaternions(
     time_s: ArrayLike, quaternion_wxyz: ArrayLike, new_time_s: ArrayLike, *, max_gap_s: float
 ) -> FloatArray:
-    """Interpolate orientations along the shortest arc, only between neighbours that are there.
+    """Interpolate orientations along the shortest arc, only between valid neighbours.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ def calibration_angles(
 
 
 def _repetitions(time_s: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """One column a repetition: out, a moment's rest, back; sizes and times vary."""
+    """One column per repetition: out, a moment's rest, back; sizes and times vary."""
     columns = []
     for k in range(_REPETITIONS):
         start = _FIRST_S + k * _PERIOD_S + 0.15 * rng.random()

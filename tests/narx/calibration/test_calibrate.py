@@ -295,7 +295,7 @@ def test_something_that_does_not_walk_is_refused():
     trial = Trial(
         "made", "s", "c", "t", _RATE_HZ, {"thigh": _imu("thigh", swing, Rotation.identity())}
     )
-    with pytest.raises(RecordingError, match="forward cannot be told from backward"):
+    with pytest.raises(RecordingError, match="forward and backward cannot be distinguished"):
         calibrate(trial)
 
 
@@ -365,7 +365,7 @@ def test_a_leg_without_its_other_sensor_falls_back_and_says_what_is_missing():
     [
         ("auto", "leg:"),
         ("leg", "leg:"),
-        ("knee", "for the knee to abduct least"),
+        ("knee", "to minimise knee abduction"),
         ("functional", "functional:"),
     ],
 )
