@@ -18,11 +18,14 @@ class Reliability:
     ----------
     n : int
         Targets that both instruments measured.
-    icc_2_1, icc_3_1 : float
-        Shrout and Fleiss (1979): two-way random, absolute agreement, ICC(2,1); two-way mixed,
-        consistency, ICC(3,1). Both of single measurements.
-    icc_2_1_interval, icc_3_1_interval : tuple of (float, float)
-        95 % intervals.
+    icc_2_1 : float
+        ICC(2,1) of Shrout and Fleiss (1979): two-way random, absolute agreement, single measurement.
+    icc_2_1_interval : tuple of (float, float)
+        Its 95 % interval.
+    icc_3_1 : float
+        ICC(3,1) of Shrout and Fleiss: two-way mixed, consistency, single measurement.
+    icc_3_1_interval : tuple of (float, float)
+        Its 95 % interval.
     sem : float
         Standard error of measurement, in the quantity's unit.
     mdc : float

@@ -108,7 +108,7 @@ def _trial(side, **changes):
 
 def _turned(trial):
     return {
-        segment: "abduct least" in " ".join(calibrated.notes)
+        segment: "minimise knee abduction" in " ".join(calibrated.notes)
         for segment, calibrated in calibrate(trial, "walking").items()
     }
 
