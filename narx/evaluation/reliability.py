@@ -19,11 +19,11 @@ class Reliability:
     n : int
         Targets that both instruments measured.
     icc_2_1 : float
-        ICC(2,1) of Shrout and Fleiss (1979): two-way random, absolute agreement, single measurement.
+        ICC(2,1) of Shrout and Fleiss (1979): two-way random, absolute agreement.
     icc_2_1_interval : tuple of (float, float)
         Its 95 % interval.
     icc_3_1 : float
-        ICC(3,1) of Shrout and Fleiss: two-way mixed, consistency, single measurement.
+        ICC(3,1) of Shrout and Fleiss: two-way mixed, consistency.
     icc_3_1_interval : tuple of (float, float)
         Its 95 % interval.
     sem : float
