@@ -157,6 +157,8 @@ class Predict(Section):
     calibration: Mode = "auto"
     align: Alignment = "auto"
     walking_s: Any = None
+    format: Literal["csv", "parquet", "sto", "mot"] = "csv"
+    jobs: Annotated[int, Field(ge=1, le=1024)] | None = None
     smoothing: bool = False
 
 

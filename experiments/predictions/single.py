@@ -1,0 +1,85 @@
+"""One sensor: from its file to the angles of its segment."""
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from omegaconf import DictConfig
+
+from narx.datasets.csv_recording import read_recording
+from narx.experiments.predictions.angle_files import write_angles
+from narx.experiments.predictions.options import interval_s, layout_of
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.predict import Prediction, Side, predict
+from narx.inference.pretrained import load_or_pretrained
+from narx.kinematics.segment_angles import AXES
+
+
+def table_of(prediction: Prediction) -> pd.DataFrame:
+    """Lay out angles in degrees, as they go into a file.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        Angles of one segment.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``time_s``, ``sagittal_deg``, ``frontal_deg``, ``transverse_deg``, and
+        ``sagittal_std_deg`` etc. where the network knows its error.
+    """
+    columns = {"time_s": prediction.time_s}
+    for k, axis in enumerate(AXES):
+        columns[f"{axis}_deg"] = np.degrees(prediction.angles_rad[:, k]).round(6)
+    if prediction.std_rad is not None:
+        for k, axis in enumerate(AXES):
+            columns[f"{axis}_std_deg"] = np.degrees(prediction.std_rad[:, k]).round(6)
+    return pd.DataFrame(columns)
+
+
+@lru_cache(maxsize=1)
+def _network(path: str | None) -> Checkpoint:
+    return load_or_pretrained(path)
+
+
+def predict_file(cfg: DictConfig, source: Path, target: Path, side: Side) -> tuple[Prediction, int]:
+    """Predict one file and write its angles.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``.
+    source, target : pathlib.Path
+        Recording, and the file for its angles.
+    side : {"right", "left"}
+        Leg.
+
+    Returns
+    -------
+    prediction : Prediction
+        What was written.
+    n_angles : int
+        Samples with angles.
+
+    Raises
+    ------
+    UserError
+        If an option or the recording is wrong.
+    """
+    still_s = interval_s(cfg.still_s, "still_s")
+    recording = read_recording(source, layout=layout_of(cfg))
+    prediction = predict(
+        recording,
+        _network(cfg.checkpoint).method(cfg.smoothing),
+        frame=cfg.frame,
+        side=side,
+        # one segment's zero is rarely known; a session shows itself whether it begins at rest
+        start_pose="unknown" if cfg.start_pose == "auto" else cfg.start_pose,
+        remove_bias=cfg.remove_bias,
+        still_s=still_s,
+        where=str(source),
+    )
+    write_angles(table_of(prediction), target)
+    return prediction, int(np.isfinite(prediction.angles_rad).all(axis=1).sum())
