@@ -1,5 +1,4 @@
-"""Alignment of the sensor's technical frame with the segment's anatomical frame (Tham et al.,
-II-A).
+"""Alignment of a sensor's technical frame with its segment's anatomical frame (Tham et al., II-A).
 
 The frames are rotations that map vectors in the sensor frame to the anatomical frame (x forward, y
 left, z up along the segment; not mirrored, so the same for left and right legs).
@@ -174,8 +173,7 @@ def frame_from_left(up: FloatArray, left: FloatArray) -> Rotation:
 
 
 def frame_from_gravity(up: FloatArray) -> Rotation:
-    """Build a frame from the upward direction alone: the smallest rotation that makes the sensor
-    upright.
+    """Build a frame from the upward direction alone, by the smallest rotation.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Estimates beside the reference: agreement, significance, drift, tables."""
+"""Comparison of estimates with the reference: agreement, significance, drift, tables."""
 
 from narx.evaluation.agreement import (
     Agreement,

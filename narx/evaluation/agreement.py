@@ -1,8 +1,9 @@
-"""How well an estimated angle agrees with its reference.
+"""Agreement of an estimated angle with its reference.
 
-Error is reference minus estimate (Tham et al., 2020, eqs. (10) and (11)). Angles come in rad and
-agreement goes out in degrees. Pairs in which either is NaN do not count. Differences are plain
-ones: headings are unwrapped where they are made, and a method that is a whole turn off is off.
+Error is reference minus estimate (Tham et al., 2020, eqs. (10) and (11)). Angles are given in rad
+and agreement is returned in degrees. Pairs in which either is NaN are left out. Differences are not
+wrapped: headings are unwrapped where they are computed, and an error of a whole turn counts as an
+error.
 """
 
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ class Agreement:
     Parameters
     ----------
     n_samples : int
-        Number of pairs with both values.
+        Number of pairs without a missing value.
     bias_deg : float
         Mean error, degrees.
     precision_deg : float
@@ -55,7 +56,7 @@ def _pairs(a: ArrayLike, b: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def correlation(a: ArrayLike, b: ArrayLike) -> float:
-    """Pearson's correlation of the pairs in which both values are there.
+    """Pearson's correlation of the pairs without a missing value.
 
     Parameters
     ----------
@@ -72,11 +73,11 @@ def correlation(a: ArrayLike, b: ArrayLike) -> float:
         return float("nan")
     normed = []
     for signal in (first, second):
-        # squares of very small or large values would leave the range of doubles
+        # squares of very small or large values would under- or overflow
         scaled = signal / (np.abs(signal).max() or 1.0)
         centred = scaled - scaled.mean()
         norm = np.linalg.norm(centred)
-        # what rounding leaves of a constant is no variation
+        # rounding errors of a constant are not variation
         if norm <= 1e-13 * np.sqrt(len(signal)):
             return float("nan")
         normed.append(centred / norm)
@@ -94,9 +95,9 @@ def agreement(reference_rad: ArrayLike, estimate_rad: ArrayLike) -> Agreement:
     Returns
     -------
     Agreement
-        In degrees. Everything but the count is NaN without a pair, and what needs a standard
-        deviation with a single one. An estimate that ran off to infinity is not missing: its RMSE
-        is infinite and the rest NaN.
+        In degrees. Without a pair everything except the count is NaN; with a single pair, whatever
+        needs a standard deviation. An infinite estimate is not missing: its RMSE is infinite and
+        the rest NaN.
     """
     reference, estimate = _pairs(reference_rad, estimate_rad)
     n = len(reference)
@@ -119,12 +120,12 @@ def agreement(reference_rad: ArrayLike, estimate_rad: ArrayLike) -> Agreement:
 
 @dataclass(frozen=True)
 class LimitsOfAgreement:
-    """Bias and limits of agreement with confidence intervals, all in the errors' own unit.
+    """Bias and limits of agreement with confidence intervals, all in the unit of the errors.
 
     Parameters
     ----------
     n_subjects, n_samples : int
-        How many people, and how many errors of theirs.
+        Number of subjects, and of their errors.
     bias, sd, lower, upper : float
         Mean error, its standard deviation, and the limits ``bias -+ 1.96 sd``.
     bias_interval, lower_interval, upper_interval : tuple of float
@@ -148,8 +149,8 @@ def limits_of_agreement(errors: ArrayLike, confidence: float = 0.95) -> LimitsOf
     Parameters
     ----------
     errors : array_like, shape (n,)
-        Independent errors in any unit; NaN do not count. For the samples of recordings, which
-        are anything but independent, take `repeated_limits_of_agreement`.
+        Independent errors in any unit; NaN are left out. For the samples of recordings, which are
+        not independent, use `repeated_limits_of_agreement`.
     confidence : float
         Coverage of the intervals.
 
@@ -158,7 +159,7 @@ def limits_of_agreement(errors: ArrayLike, confidence: float = 0.95) -> LimitsOf
     LimitsOfAgreement
         Its intervals are exact for normal errors: a limit is a quantile of the population, whose
         interval comes from the non-central t distribution (A. Carkeet, Optom. Vis. Sci. 92
-        (2015) e71-e80), where Bland and Altman (1986) approximate.
+        (2015) e71-e80), where Bland and Altman (1986) use an approximation.
     """
     error = np.asarray(errors, dtype=float).ravel()
     error = error[np.isfinite(error)]
@@ -186,31 +187,30 @@ def limits_of_agreement(errors: ArrayLike, confidence: float = 0.95) -> LimitsOf
 def repeated_limits_of_agreement(
     errors: ArrayLike, subjects: ArrayLike, confidence: float = 0.95
 ) -> LimitsOfAgreement:
-    """Limits of agreement where each subject gave many errors.
+    """Limits of agreement with many errors per subject.
 
     Parameters
     ----------
     errors : array_like, shape (N,)
-        Errors in any unit; NaN do not count.
+        Errors in any unit; NaN are left out.
     subjects : array_like, shape (N,)
-        Whose error each is.
+        Subject of each error.
     confidence : float
         Coverage of the intervals.
 
     Returns
     -------
     LimitsOfAgreement
-        Its `sd` is that of one error of a new subject: variance between subjects plus variance
-        within.
+        `sd` is that of one error of a new subject: variance between subjects plus variance within.
 
     Notes
     -----
-    Pooling all samples pretends that every one is a new person: the limits come out too narrow
-    when people differ, their intervals far too narrow. Variance components as in Bland and
-    Altman, J. Biopharm. Stat. 17 (2007) 571-582 (true value varies); intervals by the method of
-    variance estimates recovery (G. Y. Zou, Stat. Methods Med. Res. 22 (2013) 630-642). Every
-    subject weighs the same. Autocorrelation within a recording touches the within part alone,
-    whose share in the intervals is small as soon as recordings are long.
+    Pooling all samples treats each as a new person: the limits are then too narrow if people
+    differ, and their intervals far too narrow. Variance components as in Bland and Altman, J.
+    Biopharm. Stat. 17 (2007) 571-582 (true value varies); intervals by the method of variance
+    estimates recovery (G. Y. Zou, Stat. Methods Med. Res. 22 (2013) 630-642). All subjects have the
+    same weight. Autocorrelation within a recording affects only the within-subject part, whose
+    share in the intervals is small for long recordings.
     """
     error = np.asarray(errors, dtype=float).ravel()
     _, code = np.unique(np.asarray(subjects).ravel(), return_inverse=True)
@@ -225,7 +225,7 @@ def repeated_limits_of_agreement(
     bias, between = float(means.mean()), float(means.var(ddof=1))
     df_within = len(error) - n
     within = float(np.sum((error - means[code]) ** 2) / df_within) if df_within else 0.0
-    # the means' variance holds within / count already
+    # the variance of the means already contains within / count
     share = 1.0 - float(np.mean(1.0 / count))
     variance = between + share * within
     sd = float(np.sqrt(variance))

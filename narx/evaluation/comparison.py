@@ -1,7 +1,7 @@
-"""What an experiment has once the methods have run: angles beside their reference.
+"""Results of the methods in an experiment: estimated angles with their reference.
 
-Tables are made from `rows`, which need every sample; figures from `Evaluated.decimated`, since
-hours at 500 Hz of every method need not stay in memory.
+Tables are made from `rows`, which use every sample; figures from `Evaluated.decimated`, so that
+hours of every method at 500 Hz need not stay in memory.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ class Evaluated:
     Parameters
     ----------
     dataset, subject, condition, trial : str
-        Names, the source's own.
+        Names used by the source.
     segment : str
         ``thigh_right``, ``shank_left``, ``knee_right``, ...
     sampling_rate_hz : float
@@ -39,9 +39,9 @@ class Evaluated:
     estimates_rad : mapping of str to ndarray, shape (N, 3)
         The same by method.
     scored : ndarray of bool, shape (N,)
-        Samples that count.
+        Samples that are scored.
     std_rad : mapping of str to ndarray, shape (N, 3)
-        Predicted standard deviation of the methods that give one.
+        Standard deviation predicted by the methods that do so.
 
     Raises
     ------
@@ -73,11 +73,11 @@ class Evaluated:
 
     @property
     def name(self) -> str:
-        """All names in one word, for messages and titles."""
+        """All names joined, for messages and titles."""
         return "/".join((self.dataset, self.subject, self.condition, self.trial, self.segment))
 
     def error_deg(self, method: str) -> FloatArray:
-        """Errors of a method, reference minus estimate, where they count.
+        """Errors of a method, reference minus estimate, at scored samples.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class Evaluated:
         return error
 
     def nearest(self, method: str) -> FloatArray:
-        """Estimates of a method, whole turns taken off where that brings them to the reference.
+        """Estimates of a method, shifted by whole turns to be nearest to the reference.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class Evaluated:
         Returns
         -------
         Evaluated
-            Views of the same arrays.
+            With views of the same arrays.
         """
         return self._select(
             slice(*(int(k) for k in np.searchsorted(self.time_s, (start_s, stop_s))))
@@ -138,8 +138,8 @@ class Evaluated:
         Returns
         -------
         Evaluated
-            Copies, so that the long arrays can go. Samples are picked, not filtered: each is
-            still a true pair of reference and estimate.
+            With copies, so that the long arrays can be freed. Samples are selected, not filtered:
+            each is still a true pair of reference and estimate.
         """
         step = max(1, round(self.sampling_rate_hz / rate_hz))
         picked = self._select(slice(None, None, step))
@@ -169,25 +169,24 @@ def knee(
     shank: Evaluated,
     reference_wxyz: tuple[FloatArray, FloatArray] | None = None,
 ) -> Evaluated:
-    """Turn the angles of thigh and shank into those of the knee between them.
+    """Compute knee angles from the angles of thigh and shank.
 
     Parameters
     ----------
     thigh, shank : Evaluated
-        Segments of one leg in one trial; methods that only one of them has are left out.
+        Segments of one leg in one trial; methods present for only one of them are left out.
     reference_wxyz : tuple of two ndarrays, shape (N, 4), optional
-        Reference orientations of thigh and shank (mirrored to a right leg), for walks that turn:
-        there the heading is not among the reference angles. Otherwise these are composed.
+        Reference orientations of thigh and shank (mirrored to a right leg), for walks with turns,
+        where the reference angles lack the heading. Otherwise composed from the angles.
 
     Returns
     -------
     Evaluated
         Of ``knee_right`` (or left), Grood and Suntay (`narx.kinematics.joint_angles.grood_suntay`).
-        A method that does not observe the transverse axis of a segment at all is composed with a
+        A method that never observes the transverse axis of a segment is composed with a
         heading of zero there, as Tham et al. compute the complementary filter's knee in two
         dimensions, and the knee's transverse angle is NaN. Predicted variances of both segments add
-        up, which takes their errors as independent and the knee as nearly straight in the frontal
-        plane.
+        up, which assumes independent errors and a nearly straight knee in the frontal plane.
 
     Raises
     ------
@@ -248,7 +247,7 @@ def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        One row per axis and method with the keys `COLUMNS`; an axis without a pair has
+        One row per axis and method with the keys `COLUMNS`; an axis without valid pairs has
         ``n_samples`` 0 and NaN.
     """
     table = []

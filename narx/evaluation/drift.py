@@ -1,4 +1,4 @@
-"""Does the error grow while a recording goes on?"""
+"""Test whether the error grows over a recording."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -10,30 +10,30 @@ from scipy import stats
 from narx.errors import MethodNotApplicableError
 from narx.types import FloatArray
 
-# windows below which their scatter says too little: four degrees of freedom about a line
+# smallest number of windows for a useful scatter: four degrees of freedom about a line
 _MIN_WINDOWS = 6
 _MIN_BLOCKS = 3
-# what rounding leaves of no scatter at all
+# below this, scatter is rounding error
 _NO_SCATTER_DEG = 1e-9
 
 
 @dataclass(frozen=True)
 class DriftTest:
-    """Error at the end of a recording beside its start.
+    """Error at the end of a recording compared with its start.
 
     Parameters
     ----------
     first_deg, last_deg : float
         RMSE (or bias) in the first and in the last window, degrees.
     change_deg : float
-        Mean over the blocks of the last window less that of the first, degrees.
+        Mean over the blocks of the last window minus that of the first, degrees.
     low_deg, high_deg : float
         95 % confidence interval of the change, degrees.
     p_value : float
         Two-sided p of no change.
     n_windows : int
-        Windows whose scatter was the yardstick; 2 where the recording is short and the scatter of
-        the blocks within the first and the last was.
+        Windows whose scatter gives the standard error; 2 if the recording is short, and the scatter
+        of the blocks within the first and the last window gives it.
     freedom : float
         Degrees of freedom of the t test.
     slope_deg_per_h : float
@@ -62,7 +62,7 @@ def block_errors(
     block_s: float = 10.0,
     quantity: Literal["rmse", "bias"] = "rmse",
 ) -> tuple[FloatArray, FloatArray]:
-    """Summarise an error block by block.
+    """Summarise an error in blocks.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def block_errors(
         Length of a block in s: several strides, so that a block's value does not depend on
         where in the stride it begins.
     quantity : {"rmse", "bias"}
-        What a block is summed up by.
+        Summary of a block.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def drift_test(
     window_s : float
         Length of the first and of the last window, s.
     block_s : float
-        Length of the blocks that count as observations, s.
+        Length of the blocks used as observations, s.
     quantity : {"rmse", "bias"}
         Growth of the error's size, or a shift of its mean.
 
@@ -134,26 +134,26 @@ def drift_test(
 
     Notes
     -----
-    Samples of one walk are far from independent: tested as such, any two windows of an hour
-    differ. Nor is there a length of block from which on they are independent: a person's strides
-    wander with long memory (scaling exponent about 0.75, J. M. Hausdorff et al., J. Appl.
-    Physiol. 80 (1996) 1448-1457), so two five-minute means of one steady walk differ by more than
-    the scatter within either explains, and no method is to blame.
+    Samples of one walk are far from independent: tested as if they were, any two windows of an hour
+    differ. Nor does any block length make them independent: stride-to-stride fluctuations have long
+    memory (scaling exponent about 0.75, J. M. Hausdorff et al., J. Appl. Physiol. 80 (1996)
+    1448-1457), so two five-minute means of one steady walk differ by more than the scatter within
+    either explains, whatever the method.
 
-    So where there are six windows or more, the yardstick is how much *windows* differ: their
-    scatter about a straight line through all of them, which contains whatever is slower than
-    a block, while a steady growth does not count as scatter. Last less first has twice its
-    variance, with n - 2 degrees of freedom. Both end windows pull at the line, so the scatter is
-    not quite independent of their difference, which costs some size: 4 % instead of 5 % for
-    independent windows. The alternatives were tried on simulated walks. A line through the inner
-    windows alone is exact for independent windows, but finds a ramp of six scatters in an hour as
-    often and in half an hour less often (45 instead of 73 %), and is further off with long
-    memory. A memory estimated from one-minute means is often estimated wrong (size 0.3 to 12 %).
+    With six windows or more, the standard error therefore comes from the scatter of the *windows*
+    about a straight line through all of them. It includes fluctuations slower than a block, but not
+    steady growth. Last minus first has twice its variance, with n - 2 degrees of freedom. Both end
+    windows influence the line, so the scatter is not quite independent of their difference, which
+    changes the size to 4 % instead of 5 % for independent windows. Alternatives were tried on
+    simulated walks. A line through the inner windows alone is exact for independent windows, but
+    finds a ramp of six scatters in an hour as often and in half an hour less often (45 instead of
+    73 %), and is less accurate with long memory. A memory estimated from one-minute means is often
+    wrong (size 0.3 to 12 %).
 
-    Shorter recordings compare the blocks of both windows by Welch's test. What memory is left
-    between blocks lowers the number that they count for to ``n (1 - r1) / (1 + r1)``, with the
-    lag-one correlation r1 found in each window and corrected for the window's shortness. This
-    does not know what is slower than a window.
+    Shorter recordings compare the blocks of both windows by Welch's test. Correlation between
+    blocks reduces their effective number to ``n (1 - r1) / (1 + r1)``, with the lag-one correlation
+    r1 found in each window and corrected for the short window. Fluctuations slower than a window
+    are not accounted for.
     """
     time = np.asarray(time_s, dtype=float)
     interval = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
@@ -207,7 +207,7 @@ def drift_test(
 
 
 def _scatter_of_windows(begin_s: FloatArray, means: FloatArray) -> tuple[float, float]:
-    """Standard error of last less first from the scatter about a line, and its freedom."""
+    """Standard error of last minus first by the scatter about a line; degrees of freedom."""
     line = stats.linregress(begin_s, means)
     rest = means - (line.intercept + line.slope * begin_s)
     freedom = len(means) - 2
@@ -215,7 +215,7 @@ def _scatter_of_windows(begin_s: FloatArray, means: FloatArray) -> tuple[float, 
 
 
 def _scatter_of_blocks(first: FloatArray, last: FloatArray) -> tuple[float, float]:
-    """Standard error of last less first from the blocks of both, and Welch's freedom."""
+    """Standard error of last minus first by the blocks of both; Welch's degrees of freedom."""
     error_first, n_first = _standard_error(first)
     error_last, n_last = _standard_error(last)
     error = float(np.hypot(error_first, error_last))
@@ -226,7 +226,7 @@ def _scatter_of_blocks(first: FloatArray, last: FloatArray) -> tuple[float, floa
 
 
 def _standard_error(value: FloatArray) -> tuple[float, float]:
-    """Standard error of the mean, and the independent values it is worth (first-order memory)."""
+    """Standard error of the mean, and the effective number of values (first-order correlation)."""
     n = len(value)
     centred = value - value.mean()
     power = float(centred @ centred)

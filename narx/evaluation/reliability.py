@@ -1,5 +1,4 @@
-"""Reliability as clinicians report it: intraclass correlation, standard error, detectable
-change."""
+"""Clinical reliability: intraclass correlation, standard error, detectable change."""
 
 import warnings
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from narx.types import FloatArray
 
 @dataclass(frozen=True)
 class Reliability:
-    """Agreement of two instruments on a quantity that was measured once by each on n targets.
+    """Reliability of two instruments that each measured a quantity once on n targets.
 
     Parameters
     ----------
@@ -58,9 +57,9 @@ def reliability(reference: FloatArray, estimate: FloatArray) -> Reliability | No
     Notes
     -----
     The standard error of measurement is the root of the error variance of the two-way analysis of
-    variance with the instruments' difference in it: ``sqrt(mean(d**2) / 2)`` for differences d, the
-    within-target standard deviation of Bland and Altman (1996). It is not the textbook
-    ``SD sqrt(1 - ICC)``, which changes with the spread of the targets.
+    variance, including the difference between instruments: ``sqrt(mean(d**2) / 2)`` for differences
+    d, the within-target standard deviation of Bland and Altman (1996). It differs from the textbook
+    ``SD sqrt(1 - ICC)``, which depends on the spread of the targets.
     """
     reference, estimate = np.asarray(reference, float), np.asarray(estimate, float)
     both = np.isfinite(reference) & np.isfinite(estimate)
@@ -68,7 +67,7 @@ def reliability(reference: FloatArray, estimate: FloatArray) -> Reliability | No
     n = len(reference)
     if n < 5 or not np.ptp(np.concatenate([reference, estimate])):
         return None
-    import pingouin  # slow to import, needed by tables alone
+    import pingouin  # slow to import, needed for tables only
 
     ratings = pd.DataFrame(
         {

@@ -1,4 +1,4 @@
-"""The table that a benchmark leaves: a row per trial, segment, axis and method."""
+"""Result table of a benchmark: one row per trial, segment, axis and method."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -22,7 +22,7 @@ def results_table(all_rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
     Parameters
     ----------
     all_rows : iterable of mapping
-        From `narx.evaluation.comparison.rows`, of as many trials as wanted.
+        From `narx.evaluation.comparison.rows`, of any number of trials.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def write_results(results: pd.DataFrame, path: str | os.PathLike[str]) -> None:
     results : pandas.DataFrame
         From `results_table`.
     path : path-like
-        File to write; it appears whole or not at all. A missing number is an empty field.
+        File to write, complete or not at all. A missing number is an empty field.
     """
     with atomic_path(path) as temporary:
         results[list(COLUMNS)].to_csv(temporary, index=False, lineterminator="\n")
@@ -68,7 +68,7 @@ def read_results(path: str | os.PathLike[str]) -> pd.DataFrame:
     Raises
     ------
     UserError
-        If the file is not there, not such a table, or a value in it cannot be.
+        If the file is missing, is not such a table, or contains an invalid value.
     """
     try:
         # names stay text: a subject "01" is not 1, and one called "NA" is not missing

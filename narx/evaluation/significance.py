@@ -1,7 +1,7 @@
-"""What few subjects allow one to say: intervals of a mean, and tests between paired methods.
+"""Inference with few subjects: intervals of a mean, and tests between paired methods.
 
-The subject is the unit: trials, sides and samples of one person are averaged before they come
-here, because they are no new people.
+The subject is the unit of analysis: trials, sides and samples of one person are averaged first,
+because they are not independent.
 """
 
 from dataclasses import dataclass
@@ -45,9 +45,9 @@ def bootstrap_mean(
     confidence : float
         Coverage of the interval.
     n_resamples : int
-        How often subjects are drawn with replacement.
+        Number of resamples with replacement.
     seed : int
-        Of the drawing; the same seed gives the same interval.
+        Seed of the resampling; the same seed gives the same interval.
 
     Returns
     -------
@@ -56,13 +56,13 @@ def bootstrap_mean(
 
     Notes
     -----
-    Plain percentile (and BCa) intervals of five subjects cover 83 % where they say 95 %,
-    because resampling knows neither that the spread is estimated nor that it is estimated too
-    small. The percentiles are therefore moved outwards so that they would be right for normal
-    values, with the t instead of the normal quantile and ``n / (n - 1)`` on the variance
-    (T. C. Hesterberg, The American Statistician 69 (2015) 371-386): five normal subjects then
-    cover 92 %, ten 95 %. With two or three subjects the interval ends at the smallest and the
-    largest value, beyond which no bootstrap sees, and covers 48 and 75 %.
+    Plain percentile (and BCa) intervals of five subjects cover 83 % instead of 95 %, because
+    resampling accounts neither for the uncertainty of the spread nor for its negative bias. The
+    percentiles are therefore moved outwards to be right for normal values, with the t instead of
+    the normal quantile and ``n / (n - 1)`` on the variance (T. C. Hesterberg, The American
+    Statistician 69 (2015) 371-386): five normal subjects then cover 92 %, ten 95 %. With two or
+    three subjects the interval ends at the smallest and the largest value, the limits of any
+    bootstrap, and covers 48 and 75 %.
     """
     value = np.asarray(values, dtype=float).ravel()
     value = value[~np.isnan(value)]
@@ -100,12 +100,12 @@ class PairedTest:
         95 % bootstrap interval of the difference (`bootstrap_mean`).
     p_permutation : float
         Two-sided p of the mean difference under exchange of the two methods within subjects:
-        all exchanges up to 13 subjects, drawn ones beyond. NaN below two subjects.
+        all exchanges up to 13 subjects, random ones beyond. NaN below two subjects.
     p_wilcoxon : float
         Two-sided p of Wilcoxon's signed-rank test. NaN below two subjects.
     smallest_p : float
-        Least p that so many subjects can give, ``2 / 2^n``: with five subjects 0.0625, so that
-        no difference, however large, is significant at 5 %. NaN below two subjects.
+        Smallest p possible with this number of subjects, ``2 / 2^n``: with five subjects 0.0625, so
+        that no difference, however large, is significant at 5 %. NaN below two subjects.
     """
 
     n: int
@@ -125,11 +125,11 @@ def paired_test(
     Parameters
     ----------
     first, second : array_like, shape (n,)
-        One value per subject, in the same order; pairs with a NaN do not count.
+        One value per subject, in the same order; pairs with a NaN are left out.
     n_resamples : int
-        Exchanges drawn where there are too many to try all, and draws of the bootstrap.
+        Random exchanges where there are too many to try all, and bootstrap resamples.
     seed : int
-        Of the drawing.
+        Seed of the resampling.
 
     Returns
     -------

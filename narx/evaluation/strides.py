@@ -1,4 +1,4 @@
-"""Estimate and reference stride by stride: waveforms over the cycle, range of motion, peaks."""
+"""Comparison stride by stride: waveforms over the gait cycle, range of motion, peaks."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class StrideSet:
     Parameters
     ----------
     dataset, subject, condition, trial, segment : str
-        As of the comparison that it was cut from.
+        As in the comparison from which the strides were cut.
     reference_deg : ndarray, shape (S, 101, 3)
         Reference angles over 0-100 % of each stride, degrees.
     estimates_deg : mapping of str to ndarray, shape (S, 101, 3)
@@ -50,7 +50,7 @@ def cut_strides(evaluated: Evaluated, contacts_s: FloatArray) -> StrideSet:
     Returns
     -------
     StrideSet
-        The strides all of whose samples are scored and have a reference in at least one axis.
+        Strides in which every sample is scored and has a reference in at least one axis.
     """
     observed = np.isfinite(evaluated.reference_rad).any(axis=0)
     reference = np.degrees(evaluated.reference_rad)
@@ -69,17 +69,17 @@ def cut_strides(evaluated: Evaluated, contacts_s: FloatArray) -> StrideSet:
 
 
 def stride_table(sets: Iterable[StrideSet]) -> pd.DataFrame:
-    """Measure every stride: range of motion, highest and lowest angle.
+    """Tabulate the range of motion, maximum and minimum angle of every stride.
 
     Parameters
     ----------
     sets : iterable of StrideSet
-        Of as many trials as wanted.
+        Strides of any number of trials.
 
     Returns
     -------
     pandas.DataFrame
-        A row per stride, axis and method: `KEYS`, axis, method, stride and, in degrees,
+        One row per stride, axis and method: `KEYS`, axis, method, stride and, in degrees,
         range_reference, range_estimate, maximum_reference, maximum_estimate, minimum_reference,
         minimum_estimate, rmse. Strides without an estimate are left out.
     """
@@ -120,9 +120,9 @@ def mean_waveforms(
     Parameters
     ----------
     sets : iterable of StrideSet
-        Of as many trials as wanted.
+        Strides of any number of trials.
     method : str
-        Whose estimates.
+        Method whose estimates are used.
     axis : int
         Index into `narx.kinematics.segment_angles.AXES`.
 

@@ -1,4 +1,4 @@
-"""Run every method over the segments of a trial and put the angles beside the reference."""
+"""Run every method on the segments of a trial and compare the angles with the reference."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from narx.evaluation.workload import Workload
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial
 
-# which two segments meet in which joint
+# the two segments of each joint
 JOINTS = {
     "knee_right": ("thigh_right", "shank_right"),
     "knee_left": ("thigh_left", "shank_left"),
@@ -23,12 +23,12 @@ JOINTS = {
 
 @dataclass(frozen=True)
 class Refusal:
-    """A method that a recording does not fit, and why.
+    """A method that is not applicable to a recording, and the reason.
 
     Parameters
     ----------
     trial, segment, method, reason : str
-        Names, and the method's own words.
+        Names, and the method's error message.
     """
 
     trial: str
@@ -50,7 +50,7 @@ def evaluate_trial(
     Parameters
     ----------
     trial : Trial
-        The whole trial; methods run over all of it.
+        The whole trial; methods run on all of it.
     calibrated : mapping of str to CalibratedSegment
         Its segments, by name.
     methods : mapping of str to OrientationMethod
@@ -58,16 +58,16 @@ def evaluate_trial(
     part : TrialPart
         Part that is scored.
     skip_s : float
-        Time after the first sample that is not scored, because causal methods begin at zero, s.
+        Time after the first sample that is not scored, because causal methods start at zero, s.
     workload : Workload, optional
-        Told how long each method took.
+        Receives the run time of each method.
 
     Returns
     -------
     evaluated : list of Evaluated
         Segments, then joints.
     refusals : list of Refusal
-        Methods left out.
+        Methods that were not applicable.
     """
     since_start_s = trial.time_s - trial.time_s[0]
     scored = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)

@@ -1,4 +1,4 @@
-"""Is a predicted standard deviation as large as the errors really are?"""
+"""Calibration of a predicted standard deviation against the actual errors."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from narx.types import FloatArray
 
 @dataclass(frozen=True)
 class Calibration:
-    """Predicted standard deviation beside the errors.
+    """Predicted standard deviation compared with the errors.
 
     Parameters
     ----------
@@ -19,13 +19,13 @@ class Calibration:
         Samples with an error and a standard deviation.
     coverage_68, coverage_95 : float
         Share of errors inside the central 68 and 95 % band of a normal error of the predicted
-        standard deviation (0.994 and 1.960 of it); calibrated is 0.68 and 0.95.
+        standard deviation (0.994 and 1.960 of it); calibrated: 0.68 and 0.95.
     scale : float
-        Factor by which the predicted standard deviation would have to be multiplied, the root
-        mean square of error / standard deviation; calibrated is 1, above it is overconfident.
+        Factor by which the predicted standard deviation would have to be multiplied, the root mean
+        square of error / standard deviation; 1 is calibrated, above 1 overconfident.
     sharpness_deg : float
-        Root mean square of the predicted standard deviation, degrees: among calibrated
-        predictions the smaller says more.
+        Root mean square of the predicted standard deviation, degrees: among calibrated predictions,
+        smaller is better.
     """
 
     n_samples: int
@@ -43,7 +43,7 @@ def _standardised(error_rad: ArrayLike, std_rad: ArrayLike) -> tuple[FloatArray,
     error, std = error[valid], std[valid]
     if (std < 0).any():
         raise ValueError(f"a standard deviation is negative ({std.min():g})")
-    # certain and right is inside every band, certain and wrong inside none
+    # a standard deviation of zero: without error inside every band, otherwise inside none
     ratio = np.where(error == 0, 0.0, np.inf)
     np.divide(np.abs(error), std, out=ratio, where=std > 0)
     return ratio, std
@@ -75,7 +75,7 @@ def coverage_curve(error_rad: ArrayLike, std_rad: ArrayLike, levels: ArrayLike) 
 
 
 def calibration(error_rad: ArrayLike, std_rad: ArrayLike) -> Calibration:
-    """Compare a predicted standard deviation with the errors that came.
+    """Compare a predicted standard deviation with the actual errors.
 
     Parameters
     ----------

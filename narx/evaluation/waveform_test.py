@@ -1,4 +1,4 @@
-"""Where over the gait cycle an estimate differs from the reference: SPM1D."""
+"""Test for differences between estimate and reference over the gait cycle (SPM1D)."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ class WaveformTest:
     threshold : float
         Critical |t| over the whole cycle.
     clusters : tuple of (float, float, float)
-        Parts of the cycle that differ: begin and end in %, p-value.
+        Parts of the cycle with a difference: begin and end in %, p-value.
     share_percent : float
         Share of the cycle in those parts, %.
     largest_difference_deg : float
@@ -54,7 +54,7 @@ def waveform_test(
     n_subjects = len(difference)
     if n_subjects < 3 or not np.all(difference.std(axis=0) > 1e-9):
         return None
-    import spm1d  # slow to import, needed by tables alone
+    import spm1d  # slow to import, needed for tables only
 
     # paired by subject: one sample of differences against zero
     found = spm1d.stats.ttest(difference).inference(alpha, two_tailed=True)

@@ -1,4 +1,4 @@
-"""What a run took: time in each method, and memory."""
+"""Resources of a run: time in each method, and memory."""
 
 import re
 import sys
@@ -11,12 +11,12 @@ from pathlib import Path
 
 @dataclass
 class Workload:
-    """Clock of a benchmark, kept beside its results because no two runs agree in it.
+    """Timing of a benchmark, stored apart from its results because it differs between runs.
 
     Parameters
     ----------
     methods_s : dict of str to float
-        Time in each method's estimates, s; the next trial is prepared meanwhile.
+        Time in each method's estimates, s; the next trial is prepared at the same time.
     training_s : float
         Time in training, data included, s.
     """
@@ -29,17 +29,17 @@ class Workload:
 
     @contextmanager
     def of_method(self, name: str) -> Iterator[None]:
-        """Count what is done inside as a method's.
+        """Count the time of the block as that of a method.
 
         Parameters
         ----------
         name : str
-            The method.
+            Name of the method.
 
         Yields
         ------
         None
-            While it works.
+            Once.
         """
         begun = time.perf_counter()
         try:
@@ -49,13 +49,13 @@ class Workload:
             self.methods_s[name] = self.methods_s.get(name, 0.0) + spent
 
     def report(self) -> dict[str, object]:
-        """Sum up for ``timing.json``.
+        """Summarise for ``timing.json``.
 
         Returns
         -------
         dict
             Seconds in each method, in all of them, in training and in the whole run; peak memory
-            of the process in MiB, None where the system does not tell.
+            of the process in MiB, None where the system does not report it.
         """
         return {
             "methods_s": dict(sorted(self.methods_s.items())),
@@ -67,12 +67,12 @@ class Workload:
 
 
 def peak_memory_mib() -> float | None:
-    """Read the most memory that this process has had.
+    """Return the peak memory of this process.
 
     Returns
     -------
     float or None
-        Resident set in MiB; None where the system does not tell.
+        Resident set in MiB; None where the system does not report it.
     """
     status = Path("/proc/self/status")
     if status.exists():  # getrusage would give the parent's, where that had more when it forked

@@ -1,7 +1,7 @@
 """One step of the network on all three axes, in torch operations alone.
 
-This is the reference that the compiled closed loop is tested against, the step of a stream, and
-what every export carries; it therefore stays within what TorchScript understands.
+This is the reference for tests of the compiled closed loop, the step of a stream, and the basis of
+every export; it therefore uses only what TorchScript supports.
 """
 
 from typing import Final
@@ -15,7 +15,7 @@ from narx.kernels.limits import COS_FRONTAL_MIN
 def coupled_rates(
     axis_rates: Tensor, angles: Tensor, smallest_cos_frontal: float = COS_FRONTAL_MIN
 ) -> Tensor:
-    """Turn gyroscope rates into the rates of change of the three angles.
+    """Convert gyroscope rates to the rates of change of the three angles.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def coupled_rates(
     angles : Tensor, shape (..., 3)
         Sagittal, frontal, transverse, rad.
     smallest_cos_frontal : float
-        The cosine of the frontal angle is held off zero by this much.
+        Smallest magnitude of the cosine of the frontal angle.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def coupled_rates(
 
 
 class NarxCell(nn.Module):
-    """Three recurrences with shared weights, fed with each axis' own or the coupled rate.
+    """Three recurrences with shared weights, driven by each axis' own or the coupled rate.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class NarxCell(nn.Module):
     hidden, input_lags, output_lags : int
         Size of the network.
     coupled : bool
-        Whether gyroscope rates are turned into rates of the angles by the tilt estimated so far.
+        Whether gyroscope rates are converted to rates of the angles with the estimated tilt.
     rate_offset, rate_scale, angle_offset, angle_scale : Tensor, shape (3,)
         Normalisation per axis, rad/s and rad.
     """
@@ -104,7 +104,7 @@ class NarxCell(nn.Module):
         state : Tensor, shape (..., 3, input_lags - 1 + output_lags)
             Per axis past inputs, then past outputs, newest first, normalised.
         posture : Tensor, shape (..., 3)
-            Angle about which the network's output swings, rad.
+            Angle at a network output of zero, rad.
 
         Returns
         -------
@@ -117,8 +117,8 @@ class NarxCell(nn.Module):
         offset = self.angle_offset + posture
         rates = axis_rates
         if self.coupled:
-            # extrapolated to the time of the sample: with the tilt of the sample before, the lag
-            # would act like a bias wherever tilt and turn go together
+            # extrapolated to the time of the sample: with the tilt of the previous sample, the lag
+            # would act like a bias wherever tilt and turn are correlated
             output = state[..., past]
             if self.output_lags > 1:
                 output = 2.0 * output - state[..., past + 1]

@@ -1,8 +1,8 @@
-"""The NARX network run on its own outputs, as a differentiable torch operator.
+"""The NARX network in closed loop, as a differentiable torch operator.
 
 Closed loop (parallel): the network is fed its own outputs.
-Arrays of any floating type are computed in float64: a trained loop is nearly an
-integrator and amplifies rounding errors about 1e5 times.
+All floating types are computed in float64: a trained loop is nearly an
+integrator and amplifies rounding errors about 1e5-fold.
 """
 
 from typing import Any

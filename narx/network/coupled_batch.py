@@ -1,4 +1,4 @@
-"""Sequences of three coupled axes in the form that the kernels take."""
+"""Sequences of three coupled axes as arrays for the kernels."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from narx.types import FloatArray
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the outputs are compared with, as arrays.
+    """Targets of the outputs, as arrays.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Wanted:
     lengths : ndarray of int, shape (B,), optional
         Samples of each sequence that are run; all if not given.
     washout : int
-        Initial samples of each sequence that do not count.
+        Initial samples of each sequence that are left out of the residuals.
     n_axes : int
         2 leaves out the transverse axis, on which the others do not depend.
     offset_free : bool
@@ -46,7 +46,7 @@ class Wanted:
 
 
 class CoupledBatch:
-    """Sequences of three axes as flat arrays (B sequences), and the kernels that run them.
+    """Sequences of three axes as flat arrays (B sequences), and the kernels that process them.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ class CoupledBatch:
     posture : Tensor, shape (..., 3)
         Angles at a network output of zero, rad.
     rate_scale : Tensor, shape (3,)
-        Rate that is 1 to the network, rad/s.
+        Rate that corresponds to 1 in the network, rad/s.
     angle_scale : Tensor, shape (3,)
-        Angle that an output of 1 stands for, rad.
+        Angle that corresponds to an output of 1, rad.
     structure : NarxStructure
         Sizes of the network; one input.
     tanh : {"rational", "exact"}
@@ -118,13 +118,13 @@ class CoupledBatch:
         weights : ndarray, shape (R, P)
             Weights of each start.
         wanted : Wanted
-            What the outputs are compared with.
+            Targets of the outputs.
 
         Returns
         -------
         ndarray, shape (R, 3, K, K)
-            Axis by axis, lower triangle, in normalised outputs; row ``P`` is that of the
-            residuals, and K is rounded up to a multiple of four.
+            Axis by axis, lower triangle, in normalised outputs; row ``P`` belongs to the residuals,
+            and K is rounded up to a multiple of four.
         """
         n_sequences, n_restarts = len(self.rates), len(weights)
         n_rows = weights.shape[1] // 4 * 4 + 4
@@ -139,7 +139,7 @@ class CoupledBatch:
             groups[..., 0] = np.arange(n_sequences)[:, None]
             groups[..., 1] = restarts[:, None]
             groups[groups[..., 1] < 0] = (-1, 0)
-        # sums of their own for each group: the same numbers with any number of threads
+        # separate sums for each group: the same numbers with any number of threads
         sums = np.zeros((len(groups), 3, n_rows, n_rows, 8))
 
         def part(first: int, last: int) -> None:

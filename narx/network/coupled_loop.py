@@ -1,11 +1,11 @@
-"""Three axes in closed loop, coupled by the tilt estimated so far.
+"""Three axes in closed loop, coupled by the estimated tilt.
 
-Before each step the gyroscope is turned into the rates of the segment's three angles (Euler
-kinematics, `narx.kinematics.segment_angles.coupled_rates`) with the angles extrapolated to its
-time: ``v_k = rates(u_k, angle_scale (2 p_{k-1} - p_{k-2}) + posture) / rate_scale`` (``p_{k-1}``
-where the network has but one past output). Three independent integrals would book the turn of a
-tilted segment as flexion. The cosine of the frontal angle is kept at 0.1 or more in magnitude,
-because the angles are singular at 90 degrees.
+Before each step the gyroscope rates are converted to the rates of the segment's three angles (Euler
+kinematics, `narx.kinematics.segment_angles.coupled_rates`) with the angles extrapolated to the time
+of the sample: ``v_k = rates(u_k, angle_scale (2 p_{k-1} - p_{k-2}) + posture) / rate_scale``
+(``p_{k-1}`` where the network has only one past output). Treating the axes independently would make
+the turn of a tilted segment appear as flexion. The cosine of the frontal angle is kept at 0.1 or
+more in magnitude, because the angles are singular at 90 degrees.
 """
 
 from typing import Any
@@ -34,9 +34,9 @@ def coupled_closed_loop(
 ) -> tuple[Tensor, Tensor]:
     """Run one network on three coupled axes.
 
-    Compiled on the CPU, with its gradient by the weights. Where a gradient by rates, state,
-    posture or scales is asked for, and on other devices, it runs by plain torch operations,
-    hundreds of times slower.
+    Compiled on the CPU, with the gradient with respect to the weights. If a gradient with respect
+    to rates, state, posture or scales is required, and on other devices, it runs in plain torch
+    operations, hundreds of times slower.
 
     Parameters
     ----------
@@ -49,9 +49,9 @@ def coupled_closed_loop(
     posture : Tensor, shape (..., 3), optional
         Angles at a network output of zero, rad; zero if not given.
     rate_scale : Tensor, shape (3,)
-        Rate that is 1 to the network, rad/s.
+        Rate that corresponds to 1 in the network, rad/s.
     angle_scale : Tensor, shape (3,)
-        Angle that an output of 1 stands for, rad.
+        Angle that corresponds to an output of 1, rad.
     structure : NarxStructure
         Sizes of the network; one input.
     tanh : {"rational", "exact"}
@@ -62,7 +62,7 @@ def coupled_closed_loop(
     angles : Tensor, shape (..., N, 3)
         ``angle_scale p + posture``, rad.
     final_state : Tensor, shape (..., 3, n_state)
-        State after the last sample; where the compiled kernel runs, without a gradient.
+        State after the last sample; without a gradient if the compiled kernel runs.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def coupled_closed_loop_by_torch(
     angle_scale: Tensor,
     structure: NarxStructure,
 ) -> tuple[Tensor, Tensor]:
-    """Run the coupled axes by plain torch operations, one sample after another.
+    """Run the coupled axes in plain torch operations, one sample after another.
 
     Parameters
     ----------
@@ -112,9 +112,9 @@ def coupled_closed_loop_by_torch(
     posture : Tensor, shape (..., 3), optional
         Angles at a network output of zero, rad.
     rate_scale : Tensor, shape (3,)
-        Rate that is 1 to the network, rad/s.
+        Rate that corresponds to 1 in the network, rad/s.
     angle_scale : Tensor, shape (3,)
-        Angle that an output of 1 stands for, rad.
+        Angle that corresponds to an output of 1, rad.
     structure : NarxStructure
         Sizes of the network; one input.
 
@@ -147,7 +147,7 @@ def coupled_closed_loop_by_torch(
 def broadcast_axes(
     rates: Tensor, state: Tensor | None, posture: Tensor | None, structure: NarxStructure
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Check last dimensions and expand the leading ones; what is missing is zero.
+    """Check last dimensions and expand the leading ones; missing arguments are zero.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ class _Coupled(torch.autograd.Function):
     def backward(ctx: Any, d_angles: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
         weights: Tensor
         (weights,) = ctx.saved_tensors
-        # the products of the derivatives with d_angles in the place of the residuals
+        # products of the derivatives with d_angles in place of the residuals
         batch: CoupledBatch = ctx.batch
         wanted = Wanted(flat(d_angles, 2), given=True)
         products = batch.products(flat(weights, 1), wanted)

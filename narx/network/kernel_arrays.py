@@ -1,4 +1,4 @@
-"""From tensors of any batch shape to the flat float64 arrays that the kernels take."""
+"""Conversion of tensors of any batch shape to the flat float64 arrays of the kernels."""
 
 from functools import lru_cache
 
@@ -17,7 +17,7 @@ EXACT = {"rational": None, "exact": True}
 
 @lru_cache
 def kernel_shape(structure: NarxStructure) -> tuple[tuple[int, ...], ...]:
-    """Write the sizes of a network as lengths of tuples, which are known at compile time.
+    """Encode the sizes of a network as lengths of tuples, which are known at compile time.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def kernel_shape(structure: NarxStructure) -> tuple[tuple[int, ...], ...]:
 
 
 def lanes_for(n_sequences: int) -> tuple[int, ...]:
-    """Choose how many sequences run in step: one alone, or eight.
+    """Choose how many sequences run side by side: one or eight.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def lanes_for(n_sequences: int) -> tuple[int, ...]:
     Returns
     -------
     tuple of int
-        As long as there are lanes.
+        A tuple whose length is the number of lanes.
     """
     return SCALAR if n_sequences == 1 else VECTOR
 
@@ -82,7 +82,7 @@ def broadcast(
         state = inputs.new_zeros(structure.n_state)
     if state.shape[-1:] != (structure.n_state,):
         raise ValueError(f"state {tuple(state.shape)}, expected (..., {structure.n_state})")
-    # torch's own broadcast_shapes imports a package for symbols, half a second
+    # torch's broadcast_shapes imports a package for symbolic shapes, which takes half a second
     lead = np.broadcast_shapes(weights.shape[:-1], inputs.shape[:-2], state.shape[:-1])
     return (
         weights.expand(*lead, structure.n_weights),
@@ -99,7 +99,7 @@ def flat(tensor: Tensor, keep: int) -> FloatArray:
     tensor : Tensor, shape (..., *last)
         Numbers of any floating type.
     keep : int
-        Number of last dimensions that stay.
+        Number of last dimensions to keep.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def flat(tensor: Tensor, keep: int) -> FloatArray:
 
 
 def flat_weights(weights: Tensor) -> FloatArray:
-    """Flatten as `flat` does; weights that all sequences share stay one row.
+    """Flatten as `flat` does; weights shared by all sequences stay one row.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def flat_weights(weights: Tensor) -> FloatArray:
 
 
 def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
-    """Give an array the shape and type that the caller's tensors have.
+    """Convert an array to a tensor of the caller's shape and type.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
     shape : tuple of int
         Shape of the result.
     like : Tensor
-        Its type is that of the result.
+        Tensor of the result's type.
 
     Returns
     -------
@@ -156,14 +156,14 @@ def in_lanes(n: int, width: int) -> NDArray[np.int64]:
     Parameters
     ----------
     n : int
-        How many numbers.
+        Number of elements.
     width : int
-        Numbers in a row.
+        Elements per row.
 
     Returns
     -------
     ndarray of int, shape (rows, width)
-        The last row is filled up with -1.
+        The last row is padded with -1.
     """
     numbers = np.full((-(-n // width), width), -1)
     numbers.reshape(-1)[:n] = np.arange(n)

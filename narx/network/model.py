@@ -1,4 +1,4 @@
-"""The NARX network as a torch module: rates in rad/s in, angles in rad out, normalised inside."""
+"""The NARX network as a torch module: rates in rad/s to angles in rad, normalised internally."""
 
 from typing import Any
 
@@ -21,16 +21,17 @@ class Narx(nn.Module):
     Parameters
     ----------
     sampling_rate_hz : float
-        Rate that the recurrence belongs to.
+        Sampling rate for which the recurrence holds.
     normalisation : Normalisation
         Offsets and scales of rate and angle.
     structure : NarxStructure
         Delays and hidden neurons; one input channel per axis.
     odd : bool
-        Keep the biases at zero: nothing in gives nothing out, and left turns mirror right turns.
+        Keep the biases at zero: zero input gives zero output, and negated rates give negated
+        angles.
     coupled : bool
-        Turn the gyroscope's rates into rates of the angles by the tilt estimated so far; False
-        runs each axis on its own, as printed.
+        Convert gyroscope rates to rates of the angles with the estimated tilt; False treats the
+        axes independently, as in the paper.
 
     Attributes
     ----------
@@ -40,7 +41,7 @@ class Narx(nn.Module):
     Raises
     ------
     ValueError
-        If an odd or coupled network is given a normalisation with offsets.
+        If the normalisation of an odd or coupled network has offsets.
     """
 
     def __init__(
@@ -68,7 +69,7 @@ class Narx(nn.Module):
 
     @property
     def trainable(self) -> Tensor:
-        """Which weights training may change, shape (P,), bool."""
+        """Trainable weights, shape (P,), bool."""
         mask = torch.ones(self.structure.n_weights, dtype=torch.bool)
         if self.odd:
             mask[self.structure.b1] = False
@@ -81,14 +82,14 @@ class Narx(nn.Module):
         previous_angles_rad: Tensor | None = None,
         rates_rad_s: Tensor | None = None,
     ) -> Tensor:
-        """Put the network into the state it would have had if it had followed an angle.
+        """Return the state of a network that has been at a given angle.
 
         Parameters
         ----------
         angles_rad : Tensor, shape (..., 3)
-            Angle about the posture at the sample before the first.
+            Angle relative to the posture at the sample before the first.
         previous_angles_rad : Tensor, shape (..., 3), optional
-            Angle one sample earlier; the same if not given. Longer delays repeat it.
+            Angle one sample earlier; the same if not given. Longer delays repeat the last one.
         rates_rad_s : Tensor, shape (..., 3), optional
             Angular rate at the sample before the first; zero if not given.
 
@@ -124,19 +125,19 @@ class Narx(nn.Module):
         axis_rates : Tensor, shape (..., N, 3)
             Gyroscope about the clinical axes, rad/s.
         state : Tensor, shape (..., 3, n_state), optional
-            From an earlier piece; zero if not given (Tham et al., II-B3).
+            State after an earlier part; zero if not given (Tham et al., II-B3).
         posture : Tensor, shape (..., 3), optional
-            Angle about which the output swings, rad; zero if not given.
+            Angle at a network output of zero, rad; zero if not given.
         axis_scale : Tensor, shape (3,), optional
-            Amplitude of each axis relative to the trained one: its rate is divided and its
-            angle multiplied by it. One if not given.
+            Amplitude of each axis relative to the trained one: divides its rate and multiplies its
+            angle. One if not given.
 
         Returns
         -------
         angles : Tensor, shape (..., N, 3)
             Sagittal, frontal and transverse, rad.
         state : Tensor, shape (..., 3, n_state)
-            To go on from.
+            State to continue from.
         """
         scaled, structure = self.normalisation, self.structure
         axis_rates = axis_rates.to(self.weights.dtype)
@@ -197,7 +198,7 @@ class Narx(nn.Module):
         Returns
         -------
         dict
-            Plain numbers and strings; `from_config` takes it back.
+            Plain numbers and strings, for `from_config`.
         """
         return {
             "sampling_rate_hz": self.sampling_rate_hz,
@@ -209,7 +210,7 @@ class Narx(nn.Module):
 
     @classmethod
     def from_config(cls, config: dict[str, Any]) -> "Narx":
-        """Make a network from its description.
+        """Build a network from its description.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""From rad/s and rad to the numbers that the network works with, and back."""
+"""Normalisation of rates and angles for the network, and its inverse."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -25,8 +25,7 @@ class Normalisation:
     angle_offset_rad : float
         Offset of the angle.
     rate_rms_rad_s : float
-        Root mean square of the rate that the network was trained on: what the amplitude of
-        another axis is compared with.
+        Root mean square of the training rate, the reference for the amplitude of other axes.
     """
 
     rate_scale_rad_s: float
@@ -47,8 +46,8 @@ class Normalisation:
             Angles of the trained axis; NaN is ignored.
         kind : {"min_max", "max_abs", "std"}
             ``min_max`` maps the range onto -1..1 (what 'normalized' means in the neural network
-            toolbox that Tham et al. used); ``max_abs`` and ``std`` only scale, so that zero
-            stays zero.
+            toolbox that Tham et al. used); ``max_abs`` and ``std`` only scale, so that zero maps to
+            zero.
 
         Returns
         -------

@@ -1,7 +1,7 @@
-"""What can be said of a trained network before it runs: poles, gain, contraction, bounds.
+"""Stability of a trained network: poles, gain, contraction, bounds.
 
-The tanh bounds the output whatever happens, so a network with a pole outside the unit circle
-can still have a small training error; poles and contraction tell what the error does not.
+The tanh bounds the output for any input, so a network with a pole outside the unit circle can still
+have a small training error; poles and contraction reveal what the error does not.
 """
 
 import itertools
@@ -17,37 +17,37 @@ from narx.types import FloatArray
 
 @dataclass(frozen=True)
 class StabilityStatement:
-    """Stability of a network; plain numbers that go into JSON as they are.
+    """Stability of a network; plain numbers, serialisable as JSON.
 
     Parameters
     ----------
     operating_point_rad : float or None
-        Angle at rest (rate zero), one axis alone; None if the loop does not settle.
+        Angle at rest (rate zero) of a single axis; None if the loop does not settle.
     poles : list of [float, float]
-        Real and imaginary parts of the poles of the loop linearised there.
+        Real and imaginary parts of the poles of the loop linearised at that point.
     largest_pole : float
         Largest magnitude of the poles: stable below 1.
     time_constant_s : float or None
-        Of that pole; None if it is not stable.
+        Time constant of that pole; None if it is not stable.
     gain_at_zero_frequency_s : float or None
         Angle per constant rate, rad/(rad/s): an integrator's would be infinite, a leaky one's is
         its time constant. None if it is infinite.
     rate_range_rad_s, angle_range_rad : float
-        Rates up to this size were tried, as far as their integral stays within this angle:
-        the training range. (A leg does not turn steadily at its peak rate.)
+        Training range: rates up to this magnitude are tried, as long as their integral stays within
+        this angle. (A leg does not turn steadily at its peak rate.)
     contraction_bound : float
-        Largest factor by which one step of one axis can stretch the distance of two states, in
-        the norm that fits the operating point, for any hidden activations: below 1 proves that
-        all states meet; above proves nothing.
+        Largest factor by which one step of one axis can increase the distance of two states, in the
+        norm of the operating point, for any hidden activations: below 1 proves that all states
+        converge; above 1 proves nothing.
     contraction_ratio : float
         Largest distance of two initial states of all axes after `contraction_s`, relative to
         the first, over constant, oscillating and random rates within the range.
     contraction_s : float
-        How long that was, s: eight time constants, 10 s at least, 300 s at most.
+        That duration, s: eight time constants, at least 10 s, at most 300 s.
     contracts : bool
-        The ratio is below 1 %, as eight time constants would give with room to spare.
+        The ratio is below 1 %, which eight time constants reach with a margin.
     output_bound_rad : float
-        No angle can exceed this, whatever the rates (about the posture).
+        Bound of the angle (relative to the posture) for any rates.
     excursion_rad : float
         Largest angle at rates of ten times the range.
     recovery_ratio : float
@@ -81,14 +81,14 @@ _MET = 0.01
 
 
 def stability_statement(model: Narx, n_levels: int = 9, seed: int = 0) -> StabilityStatement:
-    """Examine a network at rest, within its training range, and outside.
+    """Analyse a network at rest, within its training range, and outside.
 
     Parameters
     ----------
     model : Narx
         Trained network.
     n_levels : int
-        Levels of constant rate, and frequencies of oscillating ones.
+        Number of constant rates, and of frequencies of oscillating ones.
     seed : int
         Of the random rates and initial states.
 
@@ -99,7 +99,7 @@ def stability_statement(model: Narx, n_levels: int = 9, seed: int = 0) -> Stabil
     """
     linear = _Linearised(model)
     scaled = model.normalisation
-    # a min_max scale is the range itself; gait peaks at about three times its RMS
+    # a min_max scale is the range itself; peaks of gait are about three times its RMS
     rate_range = max(abs(scaled.rate_scale_rad_s), 3.0 * scaled.rate_rms_rad_s)
     angle_range = min(3.0 * abs(scaled.angle_scale_rad), 1.0)
     magnitudes = np.abs(linear.poles)
@@ -183,10 +183,10 @@ class _Linearised:
         return float(self._from_inputs.sum() / leak * units)
 
     def contraction_bound(self) -> float:
-        """Bound the stretch of a step for any activations.
+        """Bound the expansion of a step for any activations.
 
-        The step's derivative is linear in the slopes 1 - h^2, each between 0 and 1, so a norm of
-        it is largest in a corner. The norm is that of the eigenvectors at the operating point.
+        The step's derivative is linear in the slopes 1 - h^2, each between 0 and 1, so a norm of it
+        is largest at a vertex. The norm is that of the eigenvectors at the operating point.
         """
         n_in = self._w1.shape[1] - self._n_out
         shift = np.eye(self._n_out, k=-1)
@@ -231,7 +231,7 @@ def _rates(
         size = min(rate_range, math.hypot(leak, 2 * np.pi * frequency_hz) * angle_range)
         phase = rng.uniform(0, 2 * np.pi, 3)
         kinds.append(size * np.sin(2 * np.pi * frequency_hz * time_s + phase))
-    # white rates: their integral, leaky or not, stays small
+    # white noise rates: their integral, leaky or not, stays small
     for size in np.linspace(0.0, rate_range, n):
         kinds.append(size * np.clip(rng.standard_normal((n_samples, 3)) / 3.0, -1.0, 1.0))
     return torch.from_numpy(np.stack(kinds))

@@ -1,4 +1,4 @@
-"""The shape of a NARX network: how many delays, inputs and hidden neurons, and what lies where.
+"""Structure of a NARX network: delays, inputs, hidden neurons, and the layout of weights and state.
 
 One network step is ``p_k = b2 + w2 . tanh(W1 x_k + b1)`` with the features
 ``x_k = (v_k, v_{k-1}, ..., p_{k-1}, p_{k-2}, ...)`` (Tham et al. 2020, eq. (7) and Fig. 2).
@@ -15,9 +15,9 @@ Tanh = Literal["rational", "exact"]
 class NarxStructure:
     """Sizes of a NARX network, and the order of its weights and of its state.
 
-    The flat weight vector holds ``W1`` row by row (a row per hidden neuron, columns in the order
-    of the features), ``b1``, ``w2`` and ``b2``. The state is what the next step needs from the
-    past: ``v_{k-1}, v_{k-2}, ...`` (all inputs of a sample together), then ``p_{k-1}, p_{k-2}``.
+    The flat weight vector holds ``W1`` row by row (one row per hidden neuron, columns in the order
+    of the features), ``b1``, ``w2`` and ``b2``. The state holds past values for the next step:
+    ``v_{k-1}, v_{k-2}, ...`` (all inputs of a sample together), then ``p_{k-1}, p_{k-2}``.
 
     Parameters
     ----------
@@ -26,9 +26,9 @@ class NarxStructure:
     n_inputs : int
         Input channels.
     input_lags : int
-        Input samples a step sees, the present one included: 2 means ``v_k`` and ``v_{k-1}``.
+        Input samples used by a step, including the current one: 2 means ``v_k`` and ``v_{k-1}``.
     output_lags : int
-        Past outputs a step sees.
+        Past outputs used by a step.
 
     Raises
     ------
@@ -74,25 +74,25 @@ class NarxStructure:
 
     @property
     def w1(self) -> slice:
-        """Where ``W1`` (row-major) lies in the flat weight vector."""
+        """Slice of ``W1`` (row-major) in the flat weight vector."""
         return slice(0, self.hidden * self.n_features)
 
     @property
     def b1(self) -> slice:
-        """Where ``b1`` lies in the flat weight vector."""
+        """Slice of ``b1`` in the flat weight vector."""
         return slice(self.w1.stop, self.w1.stop + self.hidden)
 
     @property
     def w2(self) -> slice:
-        """Where ``w2`` lies in the flat weight vector."""
+        """Slice of ``w2`` in the flat weight vector."""
         return slice(self.b1.stop, self.b1.stop + self.hidden)
 
     @property
     def b2(self) -> int:
-        """Where ``b2`` lies in the flat weight vector."""
+        """Index of ``b2`` in the flat weight vector."""
         return self.n_weights - 1
 
     @property
     def sizes(self) -> tuple[int, int, int, int]:
-        """Hidden neurons, inputs, input lags and output lags, as the kernels take them."""
+        """Hidden neurons, inputs, input lags and output lags, for the kernels."""
         return self.hidden, self.n_inputs, self.input_lags, self.output_lags

@@ -1,4 +1,4 @@
-"""Who walks: the five subjects of Tham et al. (2020), Table 1, and as many others as wanted."""
+"""Bodies of the walkers: the subjects of Tham et al. (2020), Table 1, and randomly drawn ones."""
 
 import re
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class Body:
     height_m : float
         Standing height.
     mass_kg : float
-        Body mass; makes the legs thicker, so that sensors sit farther from the bone.
+        Body mass; a larger mass makes the legs thicker, so that sensors are farther from the bone.
 
     Notes
     -----
@@ -69,15 +69,15 @@ TABLE_1 = {
 
 
 def body_of(subject: str, seed: int) -> Body:
-    """Give the body of a virtual subject.
+    """Return the body of a virtual subject.
 
     Parameters
     ----------
     subject : str
-        ``S1`` ... ``S5`` as in Table 1 of Tham et al.; ``V1``, ``V2``, ... is drawn: height
+        ``S1`` ... ``S5`` as in Table 1 of Tham et al.; ``V1``, ``V2``, ... are drawn: height
         1.69 m with a standard deviation of 0.09 m, body mass index 23 with 2.5 kg/m^2.
     seed : int
-        Seed of the data set; matters for the drawn ones only.
+        Seed of the data set; affects the drawn subjects only.
 
     Returns
     -------

@@ -10,12 +10,12 @@ from scipy.ndimage import correlate1d
 from narx.types import FloatArray
 
 _HALF = 4
-# samples at both ends where the stencils reach beyond the data; callers compute more and trim
+# samples at both ends where the stencils extend beyond the data; callers compute more and trim
 EDGE = 2 * _HALF
 
 
 def _stencil(moments: FloatArray) -> FloatArray:
-    """Weights over the samples -4..4 whose moments are those of the wanted operator."""
+    """Weights over the samples -4..4 whose moments are those of the desired operator."""
     offsets = np.arange(-_HALF, _HALF + 1, dtype=float)
     return np.asarray(np.linalg.solve(np.vander(offsets, increasing=True).T, moments))
 

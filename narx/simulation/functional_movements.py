@@ -1,4 +1,4 @@
-"""Calibration movements: standing, hip abduction, passive knee flexion, imperfect as people are.
+"""Calibration movements: standing, imperfect hip abduction and passive knee flexion.
 
 First the sensors lie on a table (``still``), for their bias. The rest is as in Tham et al. (2020),
 section II-A: upright standing; abduction and adduction of the hip in
@@ -33,14 +33,14 @@ _REPETITION_CV = 0.1
 _ABDUCTION_DEG = 30.0
 _KNEE_EXTENSION_DEG = 50.0
 _SITTING_DEG = 88.0
-# motion that comes along, as a share of the movement, standard deviations: of the person, and of
-# the single repetition
+# unintended motion in the other angles, as a share of the movement, standard deviations: of the
+# person, and of the single repetition
 _COMPANION_SD = 0.04
 _COMPANION_REPETITION_SD = 0.02
 
 
 def duration_s(part: str) -> float:
-    """Tell how long a calibration recording is.
+    """Return the duration of a calibration recording.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def calibration_angles(
     rng : numpy.random.Generator
         Source of randomness.
     exact : bool, optional
-        Nothing comes along in the other two angles of the joint.
+        No unintended motion in the other two angles of the joint.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def calibration_angles(
     if movement == "hip_abduction":
         way = np.radians(_ABDUCTION_DEG) * _repetitions(time_s, rng)
         angles[f"hip_{side}"] += way @ _with_companions(rng, 1, exact)
-        # the pelvis follows the leg a little: the lifted side rises
+        # the pelvis follows the leg slightly: the lifted side rises
         angles["pelvis"][:, 1] -= outward * 0.1 * way.sum(axis=1)
     else:
         for thigh in ("hip_right", "hip_left"):
@@ -94,13 +94,13 @@ def calibration_angles(
             angles[knee][:, 0] += np.radians(_SITTING_DEG)
         way = -np.radians(_KNEE_EXTENSION_DEG) * _repetitions(time_s, rng)
         angles[f"knee_{side}"] += way @ _with_companions(rng, 0, exact)
-        # the thigh is lifted off the chair a little
+        # the thigh is lifted slightly off the chair
         angles[f"hip_{side}"][:, 0] -= 0.04 * way.sum(axis=1)
     return angles
 
 
 def _repetitions(time_s: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """One column per repetition: out, a moment's rest, back; sizes and times vary."""
+    """One column per repetition: out, short rest, back; sizes and times vary."""
     columns = []
     for k in range(_REPETITIONS):
         start = _FIRST_S + k * _PERIOD_S + 0.15 * rng.random()

@@ -11,10 +11,10 @@ and given relative to quiet standing, since that is the calibration posture here
 - the knee's frontal and transverse planes: Lafortune et al., J Biomech 25:347-357, 1992
   (bone pins).
 
-They are shapes to walk with, not data to cite. Curves of different people and laboratories do
-not fit one another exactly: the hip's flexion and adduction and the knee's flexion were bent by
-at most 1.5 degrees until the feet carry the pelvis as evenly as people's feet do, and the
-individual walker departs from them by more than that (`narx.simulation.walker`).
+They are shapes for simulation, not data to cite. Curves of different people and laboratories are
+not exactly consistent: hip flexion and adduction and knee flexion were adjusted by at most 1.5
+degrees so that the feet carry the pelvis as evenly as in real walking; individual walkers deviate
+from them by more than that (`narx.simulation.walker`).
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ from narx.types import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 
-# order of the channels of a joint everywhere: flexion, abduction, internal rotation
+# order of the channels of a joint throughout: flexion, abduction, internal rotation
 PELVIS = ("tilt_forward", "right_side_down", "right_side_forward")
 JOINT = ("flexion", "abduction", "internal_rotation")
 
@@ -61,7 +61,7 @@ _KNEE_FLEXION_PER_M_S = [1, 4, 8, 9.5, 8, 5, 2.5, 1, 0, 0,
 
 
 def fourier_series(table_deg: list[float], harmonics: int = HARMONICS) -> ComplexArray:
-    """Turn one stride of a table into a Fourier series.
+    """Convert one stride of a table to a Fourier series.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def fourier_series(table_deg: list[float], harmonics: int = HARMONICS) -> Comple
 
 
 def joint_curves(speed_m_s: float) -> dict[str, ComplexArray]:
-    """Give the mean curves of pelvis, hip and knee at a speed.
+    """Return the mean curves of pelvis, hip and knee at a speed.
 
     Parameters
     ----------
@@ -137,9 +137,8 @@ def swing_outwards(curves: dict[str, ComplexArray]) -> dict[str, ComplexArray]:
     -------
     dict of str to ndarray of complex
         With a hip abducted by `CIRCUMDUCTION_DEG` and turned outwards by a third of that in
-        mid-swing, over a knee that bends less. The paper gives no sizes; these are of the order
-        of circumduction in hemiparetic gait (Kerrigan et al., Am J Phys Med Rehabil 79:247,
-        2000).
+        mid-swing, with less knee flexion. The paper gives no sizes; these are of the order of
+        circumduction in hemiparetic gait (Kerrigan et al., Am J Phys Med Rehabil 79:247, 2000).
     """
     phase = np.arange(100) / 100.0
     swing = np.clip((phase - TABLE_TOE_OFF + 0.08) / (1.08 - TABLE_TOE_OFF), 0.0, 1.0)
@@ -152,12 +151,12 @@ def swing_outwards(curves: dict[str, ComplexArray]) -> dict[str, ComplexArray]:
 
 
 def table_phase(phase: FloatArray, toe_off: float) -> FloatArray:
-    """Warp the stride so that toe-off falls where the tables have it.
+    """Warp the stride so that toe-off coincides with that of the tables.
 
     Parameters
     ----------
     phase : ndarray
-        Stride phase of the leg, 1 per stride, whole at heel strike.
+        Stride phase of the leg, 1 per stride, an integer at heel strike.
     toe_off : float
         Phase at which this walker's foot leaves the ground.
 

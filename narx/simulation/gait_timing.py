@@ -1,6 +1,6 @@
-"""When the feet touch: the course of the stride phase through a trial.
+"""Timing of gait events: the stride phase over a trial.
 
-The phase of the right leg grows by one per stride and is whole at right heel strikes; the size
+The phase of the right leg grows by one per stride and is an integer at right heel strikes; the size
 of the movement goes from 0 in standing to 1 in steady walking.
 """
 
@@ -13,7 +13,7 @@ from narx.simulation.calculus import smooth_step
 from narx.simulation.random_numbers import persistent_noise
 from narx.types import FloatArray
 
-# strides that the splines run on beyond the walk, so that they are smooth at its ends
+# strides by which the splines extend beyond the walk, so that they are smooth at its ends
 _MARGIN = 8
 
 # stride-to-stride standard deviations: duration relative (treadmill 1-2 %, Terrier and Deriaz,
@@ -26,7 +26,7 @@ OFFSET_SD_DEG = 0.8
 
 @dataclass(frozen=True)
 class GaitTiming:
-    """Course of phase and size of the movement through one trial.
+    """Phase and size of the movement over one trial.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class GaitTiming:
         Times of ``heel_strike_right``, ``heel_strike_left``, ``toe_off_right``,
         ``toe_off_left``, s.
     strides : scipy.interpolate.BSpline
-        Stride-to-stride variation as a function of phase, unit variance, one column a channel.
+        Stride-to-stride variation as a function of phase, unit variance, one column per channel.
     """
 
     phase_of_time: BSpline
@@ -139,7 +139,7 @@ def overground_timing(
     stand_after_s: float,
     channels: int,
 ) -> GaitTiming:
-    """Stand, walk some steps, the last one to beside the other foot, and stand.
+    """Stand, walk some steps, close with the feet side by side, and stand.
 
     Parameters
     ----------
@@ -161,7 +161,8 @@ def overground_timing(
     Returns
     -------
     GaitTiming
-        Its events leave out the closing step, which is set down flat; its last toe-off counts.
+        Its events leave out the closing step, in which the foot is set down flat; the toe-off of
+        that step is included.
     """
     first_phase = 0.5 * rng.integers(2)
     return _timing(
@@ -208,7 +209,7 @@ def _timing(
         whole = np.arange(np.ceil(phase[0] - instant), np.floor(phase[-1] - instant) + 1.0)
         times = np.interp(whole + instant, phase, clock)
         if name.startswith("heel"):
-            # neither the foot that stands at the start nor the one set down last strikes
+            # neither the standing foot at the start nor the closing step has a heel strike
             margin = 0.2 * stride_s
             times = times[(times > start_s + margin) & (times < end_s - margin)]
         events[name] = times

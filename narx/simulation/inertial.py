@@ -27,7 +27,7 @@ def angular_rate(orientation: Rotation, rate_hz: float) -> FloatArray:
         rad/s.
     """
     quaternion = orientation.as_quat()
-    # one of q and -q, so that the samples are those of a smooth function
+    # choose between q and -q so that the samples are those of a smooth function
     flips = np.cumsum(np.einsum("ij,ij->i", quaternion[1:], quaternion[:-1]) < 0.0) % 2
     quaternion[1:] *= np.where(flips, -1.0, 1.0)[:, None]
     vector, scalar = quaternion[:, :3], quaternion[:, 3:]
@@ -38,7 +38,7 @@ def angular_rate(orientation: Rotation, rate_hz: float) -> FloatArray:
 
 
 def specific_force(orientation: Rotation, acceleration_m_s2: FloatArray) -> FloatArray:
-    """Specific force that an accelerometer feels.
+    """Specific force measured by an ideal accelerometer.
 
     Parameters
     ----------

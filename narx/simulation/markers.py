@@ -1,4 +1,4 @@
-"""What an optical system reports of a segment: markers on skin, a frame laid by hand, gaps."""
+"""Output of an optical system for a segment: markers on skin, manually placed landmarks, gaps."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from narx.simulation.skeleton import SkeletonMotion
 from narx.simulation.soft_tissue import MARKER_GAIN, SoftTissue, draw_soft_tissue
 from narx.types import FloatArray
 
-# the frame's axes against the true ones, about x, y, z: misplaced landmarks turn the knee's axis
-# by some degrees about the long axis (Della Croce et al., Gait & Posture 21:226, 2005), here at
-# the lower end: one trained examiner
+# errors of the frame's axes about x, y, z: misplaced landmarks rotate the knee's axis by some
+# degrees about the long axis (Della Croce et al., Gait & Posture 21:226, 2005), here at the lower
+# end: one trained examiner
 FRAME_SD_DEG = (1.0, 1.0, 2.0)
 # orientation noise of a cluster: 0.2 mm of marker noise over some 0.1 m
 NOISE_SD_DEG = 0.1
@@ -29,7 +29,7 @@ class Markers:
     Parameters
     ----------
     tissue : SoftTissue
-        What they ride on.
+        Soft tissue under the markers.
     frame : scipy.spatial.transform.Rotation
         From the frame that the landmarks define to the anatomical frame.
     """
@@ -48,7 +48,7 @@ def draw_markers(rng: np.random.Generator, segment: str, skin: Mapping[str, Floa
     segment : str
         Segment.
     skin : mapping of str to ndarray, shape (3, 3)
-        What they share with a sensor on the segment, as from `draw_skin`.
+        Tissue motion shared with a sensor on the segment, as from `draw_skin`.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def track(
     time = motion.time_s[keep]
     noise = Rotation.from_rotvec(np.radians(NOISE_SD_DEG) * rng.standard_normal((len(time), 3)))
     tissue = markers.tissue.rotation(motion)[keep]
-    # in the calibration posture both frames stand for no rotation
+    # both frames are the identity in the calibration posture
     tracked = compose(
         markers.frame.inv(), motion.orientations[segment][keep], tissue, markers.frame, noise
     )

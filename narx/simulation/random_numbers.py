@@ -1,4 +1,4 @@
-"""Random numbers that depend on their names alone, and noise as people and sensors have it."""
+"""Random numbers that depend on their names alone, and noise of gait and sensors."""
 
 import zlib
 
@@ -16,8 +16,8 @@ def stream(seed: int, *names: str) -> np.random.Generator:
     seed : int
         Seed of the whole data set.
     *names : str
-        Such as subject, condition, trial and purpose. Other names, other numbers; nothing
-        depends on the order in which streams are opened.
+        Such as subject, condition, trial and purpose. Different names give different numbers,
+        whatever the order in which streams are opened.
 
     Returns
     -------
@@ -30,7 +30,7 @@ def stream(seed: int, *names: str) -> np.random.Generator:
 def persistent_noise(
     rng: np.random.Generator, n: int, channels: int, exponent: float = 0.75
 ) -> FloatArray:
-    """Draw noise with long-range correlation, as strides have it.
+    """Draw noise with the long-range correlation of strides.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def persistent_noise(
 def smooth_noise(
     rng: np.random.Generator, start_s: float, end_s: float, bandwidth_hz: float, channels: int
 ) -> BSpline:
-    """Draw slow noise as a smooth function of time, whatever clock will sample it.
+    """Draw slow noise as a smooth function of time, independent of the sampling clock.
 
     Parameters
     ----------

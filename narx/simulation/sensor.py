@@ -1,4 +1,4 @@
-"""What an inertial sensor reports of the rate and force it is exposed to.
+"""Output of an inertial sensor for a given angular rate and specific force.
 
 Error model: misaligned and wrongly scaled axes, constant bias, bias instability (a Gauss-Markov
 process) and bias random walk, white noise, low-pass filter, range, quantisation.
@@ -27,7 +27,7 @@ class TriadModel:
     scale_sd : float
         Scale error of an axis, relative, standard deviation.
     misalignment_sd_rad : float
-        Angle between an axis and where it should point, standard deviation.
+        Angle between an axis and its nominal direction, standard deviation.
     bias_sd : float
         Constant bias of a session, standard deviation.
     instability : float
@@ -50,7 +50,7 @@ class TriadModel:
     noise_density: float
 
     def without_drift(self) -> "TriadModel":
-        """Give the same model with a bias that stays.
+        """Return the same model with a constant bias.
 
         Returns
         -------
@@ -138,12 +138,12 @@ def sensor_model(name: str) -> SensorModel:
 
 @dataclass(frozen=True)
 class TriadErrors:
-    """One specimen: what is constant over a session.
+    """One individual sensor: errors that are constant over a session.
 
     Parameters
     ----------
     gain : ndarray, shape (3, 3)
-        From what acts along the case's axes to what the sensor's axes see.
+        From the signal along the case's axes to that along the sensor's axes.
     bias : ndarray, shape (3,)
         Constant bias.
     """
@@ -153,7 +153,7 @@ class TriadErrors:
 
 
 def draw_triad_errors(rng: np.random.Generator, model: TriadModel) -> TriadErrors:
-    """Draw a specimen.
+    """Draw the errors of an individual sensor.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def draw_triad_errors(rng: np.random.Generator, model: TriadModel) -> TriadError
     Returns
     -------
     TriadErrors
-        Scale errors on, misalignments off the diagonal of the gain.
+        Scale errors on the diagonal of the gain, misalignments off it.
     """
     gain = model.misalignment_sd_rad * rng.standard_normal((3, 3))
     np.fill_diagonal(gain, 1.0 + model.scale_sd * rng.standard_normal(3))
@@ -182,7 +182,7 @@ def measure(
     bits: int,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Report a signal as the sensor does.
+    """Simulate the sensor's output for a signal.
 
     Parameters
     ----------
@@ -195,9 +195,9 @@ def measure(
     model : TriadModel
         Product.
     errors : TriadErrors
-        Specimen.
+        Errors of the individual sensor.
     bandwidth_hz : float
-        Cut-off of the low-pass filter; at most 0.4 of the output's rate is used.
+        Cut-off of the low-pass filter; limited to 0.4 of the output rate.
     bits : int
         Resolution.
     rng : numpy.random.Generator

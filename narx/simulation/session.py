@@ -1,4 +1,4 @@
-"""What stays the same while one person wears the instruments: places, tissue, specimens."""
+"""What is constant over one session: sensor positions, soft tissue, individual sensors."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from narx.simulation.sensor import SensorModel, TriadErrors, draw_triad_errors
 from narx.simulation.soft_tissue import SENSOR_GAIN, SoftTissue, draw_skin, draw_soft_tissue
 from narx.types import FloatArray
 
-# what can be left out of a simulation, one by one
+# sources of error that can be left out of a simulation individually
 ErrorSource = Literal[
     "sensor_tissue",
     "marker_tissue",
@@ -25,14 +25,14 @@ ErrorSource = Literal[
     "movements",
 ]
 
-# how a careful hand straps a sensor: within this of the nominal orientation, standard deviation
+# careful strapping: standard deviation from the nominal orientation
 _STRAPPED_SD_DEG = 10.0
 _PLACEMENT_SD_M = 0.015
 
 
 @dataclass(frozen=True)
 class Mounting:
-    """Where a sensor sits.
+    """Position and orientation of a sensor on its segment.
 
     Parameters
     ----------
@@ -53,11 +53,11 @@ class Session:
     Parameters
     ----------
     mountings : dict of str to Mounting
-        Sensors' places.
+        Positions of the sensors.
     tissues : dict of str to SoftTissue
         Tissue under the sensors.
     gyroscopes, accelerometers : dict of str to TriadErrors
-        Specimens.
+        Errors of the individual sensors.
     markers : dict of str to Markers
         Optical markers.
     """
@@ -77,7 +77,7 @@ def draw_session(
     mounting: str,
     segments: Iterable[str],
 ) -> Session:
-    """Put the instruments on a person.
+    """Draw the instruments of a session.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def draw_session(
     sensor : SensorModel
         Product.
     mounting : {"random", "strapped"}
-        Orientation of the sensors: any, or near the nominal one.
+        Orientation of the sensors: arbitrary, or near the nominal one.
     segments : iterable of str
         Segments with an IMU.
 
@@ -112,19 +112,19 @@ def draw_session(
 
 
 def leave_out(session: Session, sources: Collection[str]) -> Session:
-    """Take sources of error out of a session, everything else as it was drawn.
+    """Remove sources of error from a session; everything else stays as drawn.
 
     Parameters
     ----------
     session : Session
         As from `draw_session`.
     sources : collection of str
-        Of `ErrorSource`; ``movements`` and what drifts within a trial are not the session's.
+        Of `ErrorSource`; ``movements`` and the drift within a trial are not part of a session.
 
     Returns
     -------
     Session
-        Without tissue under sensors or markers, with landmarks where they should be, with exact
+        Without tissue under sensors or markers, with exact landmarks, with exact
         axes (gain) or no constant bias of gyroscope or accelerometer.
     """
     exact = np.eye(3)
@@ -165,7 +165,7 @@ def _mount(rng: np.random.Generator, segment: str, body: Body, mounting: str) ->
         "pelvis": np.array([-0.10, 0.0, 0.08]),
     }[kind]
     place = place * [body.girth, body.girth, 1.0] + _PLACEMENT_SD_M * rng.standard_normal(3)
-    # drawn in either case, so that the choice of mounting changes nothing else
+    # drawn in either case, so that the choice of mounting does not change other random numbers
     anyhow = Rotation.from_quat(rng.standard_normal(4))
     slip = Rotation.from_rotvec(np.radians(_STRAPPED_SD_DEG) * rng.standard_normal(3))
     return Mounting(place, anyhow if mounting == "random" else slip)

@@ -26,15 +26,15 @@ GRAVITY_UP = np.array([0.0, 0.0, 1.0])
 # in standing (Winter, Gait & Posture 3:193, 1995)
 ROLL_RADIUS_PER_LEG = 0.3
 PRESSURE_CENTRE_PER_LEG = 0.05
-# when the leading foot takes over, in parts of double support. Level: early, since the trailing
-# one soon turns on its toes. Vertical: from before heel strike on, when push-off begins to turn
-# the fall of the body, until toe-off.
+# interval in which the leading foot takes over, as fractions of double support. Horizontal: early,
+# since the trailing foot soon pivots on its toes. Vertical: from before heel strike, when push-off
+# begins to reverse the fall of the body, until toe-off.
 LEVEL_HANDOVER = (0.1, 0.8)
 VERTICAL_HANDOVER = (-0.3, 1.0)
 
 
 def segment_orientations(joint_angles: dict[str, FloatArray]) -> dict[str, Rotation]:
-    """Turn joint angles into the orientation of every segment.
+    """Convert joint angles to the orientation of every segment.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def segment_orientations(joint_angles: dict[str, FloatArray]) -> dict[str, Rotat
 
 def _joint_rotation(angles: FloatArray, flexion_sign: float, side: str) -> Rotation:
     """Distal relative to proximal segment; flexion turns the hip about -y and the knee about y."""
-    # the mirror image turns the other way about x and z
+    # mirroring reverses rotations about x and z
     mirror = -1.0 if side == "left" else 1.0
     return from_angles("YXZ", angles * [flexion_sign, -mirror, mirror])
 
@@ -95,7 +95,7 @@ def joint_centres(orientations: dict[str, Rotation], body: Body) -> dict[str, Fl
 def stance_share(
     phase: FloatArray, toe_off: float, left_lag: float, window: tuple[float, float] = (0.0, 1.0)
 ) -> FloatArray:
-    """Share of the body that the right foot carries.
+    """Share of the body carried by the right foot.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def stance_share(
     left_lag : float
         Phase of the right leg at which the left heel strikes.
     window : tuple of (float, float), optional
-        Part of double support, from heel strike (0) to the other foot's toe-off (1), in which
-        the body is handed over.
+        Part of double support, from heel strike (0) to the other foot's toe-off (1), in which the
+        load is transferred.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def stance_share(
         1 in right, 0 in left single stance, smooth between.
     """
     begin, length = window[0], window[1] - window[0]
-    # the stride is cut in right swing, where nothing is handed over
+    # the stride is cut in right swing, where no load is transferred
     right = np.mod(phase + 0.25, 1.0) - 0.25
     to_right = (right / (toe_off + left_lag - 1.0) - begin) / length
     to_left = ((right - left_lag) / (toe_off - left_lag) - begin) / length
@@ -130,7 +130,7 @@ def forward_velocity(
     body: Body,
     rate_hz: float,
 ) -> FloatArray:
-    """Compute the pelvis' velocity over ground that the stance feet allow.
+    """Compute the velocity of the pelvis over ground from the stance feet.
 
     Parameters
     ----------
@@ -148,12 +148,12 @@ def forward_velocity(
     Returns
     -------
     ndarray, shape (N, 3)
-        Velocity of the middle of the hips in m/s; forwards the walking speed.
+        Velocity of the middle of the hips in m/s; the forward component is the walking speed.
 
     Notes
     -----
     The centre of a rolling arc moves forwards by radius times pitch rate and neither sideways
-    nor up. About double support the two feet's demands are blended by `stance_share`.
+    nor up. Around double support the velocities from the two feet are blended by `stance_share`.
     """
     orientations = segment_orientations(joint_angles)
     centres = joint_centres(orientations, body)
@@ -200,7 +200,7 @@ class SkeletonMotion:
     pelvis_m : ndarray, shape (N, 3)
         Middle of the hips in the global frame.
     impact_m : dict of str to ndarray, shape (N, 3)
-        Shock wave of the heel strikes: displacement of what is fixed to a segment.
+        Shock wave of the heel strikes: displacement of points fixed to a segment.
     """
 
     time_s: FloatArray
@@ -212,7 +212,7 @@ class SkeletonMotion:
     impact_m: dict[str, FloatArray] = field(default_factory=dict)
 
     def position(self, segment: str, offset_m: FloatArray) -> FloatArray:
-        """Locate a point that is fixed to a segment.
+        """Return the position of a point that is fixed to a segment.
 
         Parameters
         ----------
@@ -253,7 +253,7 @@ class SkeletonMotion:
 def move(
     time_s: FloatArray, rate_hz: float, joint_angles: dict[str, FloatArray], body: Body
 ) -> SkeletonMotion:
-    """Move the segments while the pelvis' place stays where it is.
+    """Move the segments while the pelvis stays in place.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Soft tissue between bone and what is strapped or glued to the skin.
+"""Soft tissue between bone and an instrument strapped or glued to the skin.
 
-The tissue turns with the angles of the adjacent joints (Camomilla et al., J Biomech 46:625-630,
+The tissue rotates with the angles of the adjacent joints (Camomilla et al., J Biomech 46:625-630,
 2013; Bonci et al., J Biomech 47:2354, 2014), so the artefact is zero in the calibration posture,
-repeats with the stride and grows with the movement; after a heel strike it wobbles.
+repeats with the stride and grows with the movement; heel strikes add a damped oscillation.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ MARKER_GAIN = {
     "thigh": (0.04, 0.05, 0.10),
     "shank": (0.02, 0.025, 0.05),
 }
-# a strap and the markers beside it ride on the same muscle: this part of the variance is common
+# a strap and the markers beside it are on the same muscle: this share of the variance is common
 SHARED_VARIANCE = 0.5
 
 _ADJACENT = {"pelvis": ("pelvis",), "thigh": ("hip", "knee"), "shank": ("knee",)}
@@ -33,7 +33,7 @@ WOBBLE_RAD_PER_M = 20.0
 
 @dataclass(frozen=True)
 class SoftTissue:
-    """How the tissue of one segment of one person gives way under one instrument.
+    """Motion of the soft tissue of one segment of one person under one instrument.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class SoftTissue:
     wobble_axis: FloatArray
 
     def rotation(self, motion: SkeletonMotion) -> Rotation:
-        """Turn of the instrument relative to the bone.
+        """Rotation of the instrument relative to the bone.
 
         Parameters
         ----------
@@ -60,7 +60,7 @@ class SoftTissue:
         Returns
         -------
         scipy.spatial.transform.Rotation
-            N rotations from the instrument's place on the skin to the anatomical frame.
+            N rotations from the instrument on the skin to the anatomical frame.
         """
         vector = np.zeros((len(motion.time_s), 3))
         for joint, gain in self.gains.items():
@@ -70,7 +70,7 @@ class SoftTissue:
         return Rotation.from_rotvec(vector)
 
     def still(self) -> "SoftTissue":
-        """Give tissue that does not move.
+        """Return tissue that does not move.
 
         Returns
         -------
@@ -82,7 +82,7 @@ class SoftTissue:
 
 
 def draw_skin(rng: np.random.Generator, segment: str) -> dict[str, FloatArray]:
-    """Draw how the tissue of a segment moves as a whole, under whatever it carries.
+    """Draw the motion of a segment's tissue that all instruments on it share.
 
     Parameters
     ----------
@@ -119,14 +119,14 @@ def draw_soft_tissue(
     gain : mapping of str to tuple of float
         Standard deviations as in `SENSOR_GAIN`.
     skin : mapping of str to ndarray, shape (3, 3)
-        What all instruments on the segment share, as from `draw_skin`.
+        Motion shared by all instruments on the segment, as from `draw_skin`.
     wobbles : bool
-        Whether the instrument has the mass to swing after an impact.
+        Whether the instrument is heavy enough to oscillate after an impact.
 
     Returns
     -------
     SoftTissue
-        The same throughout a session.
+        Constant over a session.
     """
     spread = np.array(gain[segment.partition("_")[0]])[:, None]
     own, common = np.sqrt(1.0 - SHARED_VARIANCE), np.sqrt(SHARED_VARIANCE)

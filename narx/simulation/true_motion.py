@@ -1,4 +1,4 @@
-"""What really happened in a simulated trial, free of every error."""
+"""True motion of a simulated trial, free of measurement errors."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from narx.types import FloatArray
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """What really happened in a trial.
+    """True motion of a trial.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ class TrueMotion:
     sensor_wxyz : dict of str to ndarray, shape (N, 4)
         Sensor to global, for every segment with an IMU.
     sensor_position_m : dict of str to ndarray, shape (N, 3)
-        Place of the sensor in the global frame.
+        Position of the sensor in the global frame.
     speed_m_s : float
         Walking speed.
     """

@@ -1,4 +1,4 @@
-"""How one person walks at one speed: the published mean, bent to the individual."""
+"""Gait of one person at one speed: the published mean with individual deviations."""
 
 from dataclasses import dataclass, replace
 
@@ -19,16 +19,16 @@ from narx.types import FloatArray
 JOINTS = ("pelvis", "hip_right", "knee_right", "hip_left", "knee_left")
 
 # between-subject standard deviations: of the mean angle in deg (sagittal, frontal, transverse,
-# after Kadaba et al., 1990: bands about half as wide as theirs, since theirs hold the error of
-# placing markers), and of the curves' size and timing
+# after Kadaba et al., 1990: bands about half as wide as theirs, since theirs include the error of
+# marker placement), and of the curves' size and timing
 _OFFSET_SD_DEG = {"pelvis": (2.0, 1.0, 1.5), "hip": (3.0, 2.0, 3.0), "knee": (3.0, 1.0, 3.0)}
 _SIZE_SD = 0.08
 _HARMONIC_SD = 0.04
 _TIMING_SD = 0.008
-# the two legs of one person differ by a third of what two persons do
+# the two legs of one person differ by a third of the difference between two people
 _ASYMMETRY = 0.33
-# what it costs to bend a harmonic of the hip's curve, against 0.02 m/s of the pelvis' velocity,
-# and how well the speed must be met
+# weights of the fit to the feet: change of a harmonic of the hip's curve (against 0.02 m/s of
+# pelvis velocity), and error of the walking speed
 _BEND_DEG = 1.0
 _VELOCITY_TOLERANCE_M_S = 0.02
 _SPEED_TOLERANCE_M_S = 1e-5
@@ -60,7 +60,7 @@ class WalkingPattern:
     curves: dict[str, ComplexArray]
 
     def leg_phase(self, joint: str, phase: FloatArray) -> FloatArray:
-        """Give the phase of the leg that a joint follows (the pelvis follows the right one).
+        """Return the phase of the leg that a joint belongs to (the right one for the pelvis).
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class WalkingPattern:
         Returns
         -------
         ndarray
-            Phase of that leg, whole at its heel strike.
+            Phase of that leg, an integer at its heel strike.
         """
         return phase - self.left_lag if joint.endswith("_left") else phase
 
@@ -115,15 +115,15 @@ def stride_frequency_hz(speed_m_s: float, height_m: float) -> float:
     Notes
     -----
     Grieve and Gear (Ergonomics 9:379-399, 1966): 64.8 strides per minute times the speed in
-    statures per second to the power 0.57. The factor 1.1 is for the treadmill, where steps are
-    quicker (Alton et al., Clin Biomech 13:434-440, 1998); with it the five walkers take about
-    as many strides as Tham et al. counted (1109, 1272 and 1413 in 25 min each).
+    statures per second to the power 0.57. The factor 1.1 is for the treadmill, where the cadence is
+    higher (Alton et al., Clin Biomech 13:434-440, 1998); with it the stride counts of the five
+    walkers agree with those of Tham et al. (1109, 1272 and 1413 in 25 min each).
     """
     return 1.1 * 64.8 / 60.0 * (speed_m_s / height_m) ** 0.57
 
 
 def toe_off_phase(speed_m_s: float) -> float:
-    """Predict the part of the stride that is stance.
+    """Predict the stance fraction of the stride.
 
     Parameters
     ----------
@@ -142,12 +142,13 @@ def toe_off_phase(speed_m_s: float) -> float:
 def walking_pattern(
     subject: str, body: Body, speed_m_s: float, seed: int, swings_outwards: bool = False
 ) -> WalkingPattern:
-    """Make one person's way of walking at a speed.
+    """Draw the gait of one person at a speed.
 
     Parameters
     ----------
     subject : str
-        Name; the individual departures from the mean are drawn from it, the same at every speed.
+        Name; it determines the individual deviations from the mean, which are the same at every
+        speed.
     body : Body
         Size.
     speed_m_s : float
@@ -160,15 +161,15 @@ def walking_pattern(
     Returns
     -------
     WalkingPattern
-        With the hips' flexion and abduction bent so that stance feet that neither slip nor sink
-        carry the pelvis at `speed_m_s`, as evenly as usual (`pelvis_velocity`).
+        Hip flexion and abduction are adjusted so that stance feet that neither slip nor sink carry
+        the pelvis at `speed_m_s` with the usual fluctuation (`pelvis_velocity`).
     """
     rng = stream(seed, subject, "walking pattern")
     mean = joint_curves(speed_m_s)
     if swings_outwards:
         mean = swing_outwards(mean)
     curves = {"pelvis": _individual(rng, mean["pelvis"], _OFFSET_SD_DEG["pelvis"], 1.0)}
-    # the pelvis has one more symmetry than the legs: no mean list or turn
+    # the pelvis has one more symmetry than the legs: zero mean obliquity and rotation
     curves["pelvis"][1:, 0] *= 0.3
     for joint in ("hip", "knee"):
         person = _individual(rng, mean[joint], _OFFSET_SD_DEG[joint], 1.0)
@@ -186,9 +187,9 @@ def walking_pattern(
 
 
 def _agree_with_feet(pattern: WalkingPattern, body: Body) -> WalkingPattern:
-    """Bend the hips' curves until stance feet carry the pelvis at the right speed, and evenly.
+    """Adjust the hip curves so that the stance feet carry the pelvis evenly at the right speed.
 
-    Linear least squares, repeated: the feet's velocity is nearly linear in the hip's angles.
+    Iterated linear least squares: the velocity from the feet is nearly linear in the hip angles.
     """
     n = 64
     phase = np.arange(3 * n) / n
@@ -231,7 +232,7 @@ def _agree_with_feet(pattern: WalkingPattern, body: Body) -> WalkingPattern:
 
 
 def pelvis_velocity(phase: FloatArray, speed_m_s: float, stride_s: float) -> FloatArray:
-    """Give the pelvis' usual velocity over ground.
+    """Return the usual velocity of the pelvis over ground.
 
     Parameters
     ----------
@@ -258,7 +259,7 @@ def pelvis_velocity(phase: FloatArray, speed_m_s: float, stride_s: float) -> Flo
 def _individual(
     rng: np.random.Generator, curves: ComplexArray, offset_sd_deg: tuple[float, ...], share: float
 ) -> ComplexArray:
-    """Bend curves at random: offset, size, shape and timing, by `share` of the population's SD."""
+    """Vary curves at random in offset, size, shape and timing, by `share` of the population SD."""
     channels, order = curves.shape
     harmonic = np.arange(order)
     size = 1.0 + share * _SIZE_SD * rng.standard_normal((channels, 1))

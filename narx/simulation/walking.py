@@ -1,4 +1,4 @@
-"""A trial's worth of walking: pattern and timing put together into moving segments."""
+"""Walking over a whole trial: segment motion from pattern and timing."""
 
 import dataclasses
 
@@ -20,18 +20,19 @@ VARIATION_CHANNELS = 2 * 3 * len(JOINTS)
 # a few tenths of a degree below 1 Hz, Winter et al., J Neurophysiol 80:1211, 1998)
 SWAY_SD_DEG = 0.25
 SWAY_BANDWIDTH_HZ = 0.5
-# what the clock must have before and after a trial, so that its ends are like its middle
+# margin of the clock before and after a trial, so that its ends are as accurate as its middle
 MARGIN_S = 1.0
 
 # upward acceleration of the shank just after heel strike in walking at 1.3 m/s (skin-mounted
-# sensors: 1-3 g; Lafortune, J Biomech 24:877, 1991), its duration, and what reaches the thigh
+# sensors: 1-3 g; Lafortune, J Biomech 24:877, 1991), its duration, and the share that reaches the
+# thigh
 IMPACT_M_S2_PER_M_S = 10.0
 IMPACT_TIME_S = 0.010
 IMPACT_SHARE = {"shank": 1.0, "thigh": 0.4, "pelvis": 0.2}
 
 
 def postural_sway(rng: np.random.Generator, time_s: FloatArray) -> dict[str, FloatArray]:
-    """Sway of a person who means to keep still.
+    """Sway of a person standing still.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ def postural_sway(rng: np.random.Generator, time_s: FloatArray) -> dict[str, Flo
     dict of str to ndarray, shape (N, 3)
         Joint angles in rad.
     """
-    # whole seconds around the clock, so that the sway is the same at every sampling rate
+    # bounds in whole seconds, so that the sway is the same at every sampling rate
     begin, end = np.floor(time_s[0]) - 1.0, np.ceil(time_s[-1]) + 1.0
     sway = smooth_noise(rng, begin, end, SWAY_BANDWIDTH_HZ, 3 * len(JOINTS))(time_s)
     sway *= np.radians(SWAY_SD_DEG)
@@ -66,9 +67,9 @@ def walk(
     Parameters
     ----------
     pattern : WalkingPattern
-        How the walker walks.
+        Gait of the walker.
     timing : GaitTiming
-        When.
+        Gait timing.
     body : Body
         Size.
     time_s : ndarray, shape (N,)
@@ -78,12 +79,12 @@ def walk(
     rng : numpy.random.Generator
         Source of randomness for the sway.
     travels : bool
-        Over ground; otherwise on a treadmill, where the walker keeps the place.
+        Over ground; otherwise on a treadmill, where the walker stays in place.
 
     Returns
     -------
     SkeletonMotion
-        All angles are zero but for sway in standing.
+        In standing all angles are zero except for sway.
     """
     phase = timing.phase_of_time(time_s)
     size = timing.size(time_s)
@@ -104,8 +105,8 @@ def walk(
         joint_angles, phase, pattern.toe_off, pattern.left_lag, body, rate_hz
     )
     path = integral(velocity, rate_hz)
-    # a treadmill walker keeps the place, and nobody sinks or strays: what is left of the path
-    # over a stride is taken off (the curves of leg and pelvis come from different people)
+    # a treadmill walker stays in place, without vertical or lateral drift: the residual
+    # displacement per stride is removed (the curves of leg and pelvis come from different studies)
     stride = round(pattern.stride_s * rate_hz) | 1
     drift = uniform_filter1d(path, stride, axis=0, mode="nearest")
     if travels:
@@ -120,7 +121,7 @@ def walk(
 def _impacts(
     timing: GaitTiming, pattern: WalkingPattern, time_s: FloatArray, size: FloatArray
 ) -> dict[str, FloatArray]:
-    """Shock wave of each heel strike: ``x^4 exp(-x)`` swings out and leaves nothing behind."""
+    """Shock wave of each heel strike: ``x^4 exp(-x)`` decays without a lasting displacement."""
     # the second derivative of x^4 exp(-x) peaks at 1.85
     peak = IMPACT_M_S2_PER_M_S * pattern.speed_m_s * IMPACT_TIME_S**2 / 1.85
     impacts = {"pelvis": np.zeros((len(time_s), 3))}
