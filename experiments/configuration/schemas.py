@@ -17,6 +17,7 @@ from narx.settings.checked import CONFIG
 from narx.settings.values import (
     FilePath,
     Fraction,
+    Interval,
     Name,
     Names,
     Positive,
@@ -141,22 +142,27 @@ class Export(Section):
     precision: Literal["double", "float"] = "double"
 
 
+Columns = Annotated[
+    dict[Name, Any], Field(description="a section with time, gyroscope and accelerometer")
+]
+
+
 class Predict(Section):
     """As ``configs/predict.yaml``."""
 
     input: FilePath | dict[Name, FilePath]
     output: FilePath
-    columns: Any = None
+    columns: Columns | None = None
     device: FilePath | None = None
     checkpoint: FilePath | None = None
     frame: Frame = "auto"
     side: Side = "right"
     start_pose: SessionStart = "auto"
     remove_bias: bool = True
-    still_s: Any = None  # one interval or several, checked in `predictions.options`
+    still_s: Interval | tuple[Interval, ...] | None = None
     calibration: Mode = "auto"
     align: Alignment = "auto"
-    walking_s: Any = None
+    walking_s: Interval | None = None
     format: Literal["csv", "parquet", "sto", "mot"] = "csv"
     jobs: Annotated[int, Field(ge=1, le=1024)] | None = None
     smoothing: bool = False
@@ -166,7 +172,7 @@ class DemoRecordings(Section):
     """As ``configs/demo_recordings.yaml``."""
 
     output: FilePath = "demo"
-    duration_s: Annotated[float, Field(ge=20, le=3600)] = 60.0
+    duration_s: Annotated[float, Field(ge=20, le=3600)] = 60
 
 
 class Ablation(Section):

@@ -1,5 +1,6 @@
 """TorchScript: one file that any process with torch loads, in Python or C++."""
 
+import io
 import os
 import warnings
 
@@ -41,6 +42,9 @@ def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
         Where to, usually ``*.pt``.
     """
     module = scripted(checkpoint)
-    with atomic_path(path) as temporary, warnings.catch_warnings():
+    content = io.BytesIO()  # torch refuses file names without a suffix
+    with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        torch.jit.save(module, temporary)
+        torch.jit.save(module, content)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(content.getvalue())

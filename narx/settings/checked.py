@@ -146,8 +146,10 @@ def _message(model: type[BaseModel], values: Mapping[str, Any], error: Validatio
         parent = "".join(f"{part}." for part in path[:-1])
         hint = f"the nearest is {parent}{nearest[0]}" if nearest else "and none is expected here"
         return f"{_dotted(path)}: there is no such key, {hint}"
-    if first["type"] == "missing":
-        path = (*path, location[len(path)])
+    fields = _model_at(model, path).model_fields.items()
+    missing = {field.alias or name for name, field in fields} & {location[-1]}
+    if first["type"] == "missing" and missing:
+        path = (*path, location[-1])
         return f"{_dotted(path)} is missing, expected {expected(_annotation_at(model, path))}"
     if first["type"] in ("value_error", "assertion_error"):
         said = str(first["msg"]).partition(", ")[2]

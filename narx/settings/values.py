@@ -7,7 +7,7 @@ it is merely unusual.
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
 
 
 def _one_is_a_list(value: object) -> object:
@@ -27,7 +27,7 @@ def _can_be_a_path(path: str | Path) -> str | Path:
 
 
 FilePath = Annotated[
-    Annotated[str, Field(min_length=1)] | Path,
+    Annotated[str, Field(min_length=1)] | InstanceOf[Path],
     AfterValidator(_can_be_a_path),
     Field(description="a path"),
 ]
@@ -50,5 +50,18 @@ Positive = Annotated[float, Field(gt=0, le=1e9)]
 LONGEST_S = 1e6
 Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
 PositiveSeconds = Annotated[float, Field(gt=0, le=LONGEST_S)]
+
+
+def _begins_before_it_ends(interval_s: tuple[float, float]) -> tuple[float, float]:
+    if not interval_s[0] < interval_s[1]:
+        raise ValueError(f"[{interval_s[0]:g}, {interval_s[1]:g}] does not begin before it ends")
+    return interval_s
+
+
+Interval = Annotated[
+    tuple[float, float],
+    AfterValidator(_begins_before_it_ends),
+    Field(description="[begin, end] in s"),
+]
 # below the first no step of a walk is seen, above the second no IMU samples
 SamplingRate = Annotated[float, Field(ge=10, le=10_000)]

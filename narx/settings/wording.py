@@ -15,6 +15,7 @@ _PLAIN = {
     str: "a name",
     type(None): "null",
     dict: "a section",
+    Any: "a value",
 }
 _LONGEST_SHOWN = 60
 

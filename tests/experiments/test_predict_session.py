@@ -72,7 +72,7 @@ def test_storage_files_of_opensim(run_command, folder):
         (["output=thigh.csv"], "output: 'thigh.csv' is the input"),
         (["output=k.csv", "walking_s=3"], "walking_s is 3, expected [begin, end] in s"),
         (["output=k.csv", "align=x"], "align is 'x'"),
-        (["output=k.csv", "columns=x"], "columns is x, expected time, gyroscope"),
+        (["output=k.csv", "columns=x"], "columns is 'x', expected a section with time, gyroscope"),
         (["output=k.csv", "device=none.yaml"], "none.yaml: no such file"),
         (["output=k.csv", "input={thigh_right: thigh.csv, shank_right: thigh.csv}"],
          "input: 'thigh.csv' is given for two segments"),

@@ -7,7 +7,6 @@ A tenth is drawn in continuous integration; all of them:
 
 import os
 import random
-import sys
 import time
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -18,7 +17,6 @@ from omegaconf import OmegaConf
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from narx.experiments.configuration import checked_configuration
 from narx.experiments.configuration.components import schema_for
 from narx.experiments.configuration.schemas import SCHEMAS
 
