@@ -1,1 +1,1 @@
-"""Compiled recurrences: everything that runs once a sample."""
+"""Compiled recurrences: everything that runs once per sample."""

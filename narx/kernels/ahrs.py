@@ -1,7 +1,7 @@
 """Madgwick's and Mahony's filters with gyroscope and accelerometer.
 
-The same numbers as the Python library `ahrs` 0.4, which takes 50 microseconds a sample; tests
-hold the two against each other. Quaternions are w, x, y, z of the sensor in a world with z up.
+The same numbers as the Python library `ahrs` 0.4, which takes 50 microseconds per sample; tests
+compare the two. Quaternions are w, x, y, z of the sensor in a world with z up.
 """
 
 from typing import Any
@@ -26,10 +26,10 @@ def _turn(q: Any, x: Any, y: Any, z: Any, interval: Any, correction: Any) -> Non
 def madgwick(
     gyroscope: Any, accelerometer: Any, interval: Any, gain: Any, q: Any, bias: Any, out: Any
 ) -> None:
-    """Fill out (N, 4) from gyroscope (N, 3) in rad/s and accelerometer (N, 3); q (4,) goes on.
+    """Fill out (N, 4) from gyroscope (N, 3) in rad/s and accelerometer (N, 3); q (4,) is updated.
 
-    Madgwick et al., eqs. (12), (25), (26), (33) and (34). `bias` is not used: both filters are
-    called alike.
+    Madgwick et al., eqs. (12), (25), (26), (33) and (34). `bias` is unused: both filters have the
+    same signature.
     """
     gradient = np.zeros(4)
     for k in range(len(gyroscope)):
@@ -57,7 +57,7 @@ def madgwick(
 def mahony(
     gyroscope: Any, accelerometer: Any, interval: Any, gains: Any, q: Any, bias: Any, out: Any
 ) -> None:
-    """Fill out (N, 4) likewise; `gains`: proportional, integral; bias (3,) goes on.
+    """Fill out (N, 4) likewise; `gains`: proportional, integral; bias (3,) is updated.
 
     Mahony et al., eqs. (32) and (48).
     """

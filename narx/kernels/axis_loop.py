@@ -1,4 +1,4 @@
-"""Whole recordings: the closed loop and its adjoint, tile after tile."""
+"""The closed loop over whole recordings and its adjoint, tile by tile."""
 
 from typing import Any
 
@@ -36,7 +36,7 @@ def run(
     """Run sequences `first` to `last`: weights (B or 1, P), inputs (B, N, C), state (B, S)."""
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width = len(lanes)
-    # without sensitivities there is room for longer tiles: gathering pays per run of samples
+    # without sensitivities there is room for longer tiles: the cost of gathering is per tile
     tile = max(TILE_COLUMNS // width, 64)
     n_samples = outputs.shape[1]
     sequence = np.zeros(width, np.int64)
@@ -95,7 +95,7 @@ def adjoint(
     feedback = aligned(n_out, columns_for(tile * width))
     lam = aligned(1, columns_for(tile * width))
     sums = np.empty((n_weights, 8))
-    # what later samples ask of the features of a sample: outputs and inputs, newest first
+    # adjoints of a sample's features from later samples: outputs and inputs, newest first
     ask_y = np.zeros((n_out + 1, width))
     ask_x = np.zeros((n_in, n_inputs, width))
     lead = head(n_out, width)
@@ -134,7 +134,7 @@ def adjoint(
                             w = load(lanes, packed, (j * n_features + i * n_inputs + c, 0))
                             e = e + w * load(lanes, rows, (bias + j, lead + at))
                         e = load(lanes, ask_x, (i, c, 0)) + g * e
-                        if i == 0:  # no earlier sample looks at it: its column is free
+                        if i == 0:  # no earlier sample uses it: its column is free
                             store(lanes, x, (c, (t + n_in - 1) * width), e)
                         else:
                             store(lanes, ask_x, (i - 1, c, 0), e)

@@ -1,4 +1,4 @@
-"""Normal equations of a fit, gathered tile by tile, so that no Jacobian is stored."""
+"""Normal equations of a fit, accumulated tile by tile, so that no Jacobian is stored."""
 
 from typing import Any
 
@@ -35,11 +35,11 @@ def normal_equations(
 ) -> None:
     """Add products of residuals and their derivatives to sums (K, K, 8), group after group.
 
-    weights (P, W) belong to the lanes; groups (G, W) says which sequence a lane runs, -1 none.
+    weights (P, W) belong to the lanes; groups (G, W) is the sequence of each lane, -1 for none.
     inputs (B, N, C), targets (B, N), state (B, S), roots (B,): square root of a sequence's
-    weight, lengths (B,): samples that count. Residual and derivative are zero where the target
-    is NaN. `horizon` > 0 starts again from measured outputs every so many samples; without
-    `recurrent` every sample does. Row P of sums is the residuals'.
+    weight, lengths (B,): samples that are used. Residual and derivative are zero where the target
+    is NaN. `horizon` > 0 restarts from measured outputs every that many samples; without
+    `recurrent` every sample does. Row P of sums belongs to the residuals.
     """
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width, n_weights = len(lanes), len(weights)
@@ -121,7 +121,7 @@ def weigh(
     root: Any,
     width: Any,
 ) -> bool:
-    """Set the root of each column's weight; tell whether all are one."""
+    """Set the root of each column's weight; return whether all are one."""
     whole = True
     for lane in range(width):
         q = group[lane]
@@ -137,7 +137,7 @@ def weigh(
 
 @compiled(**INNER)
 def skip_missing(y: Any, root: Any, n: int, n_out: Any, width: Any) -> bool:
-    """Take columns that look back at a missing output out of the count; tell if there is none."""
+    """Exclude columns that depend on a missing output; return whether none is left."""
     whole = True
     for at in range((n_out + n) * width):
         if np.isnan(y[0, at]):
@@ -164,7 +164,7 @@ def residuals(
     width: Any,
 ) -> None:
     """Put output minus target into a row (NaN where the target is missing)."""
-    # one-dimensional, so that the compiler sees neighbours in memory
+    # one-dimensional, so that the compiler can tell that elements are contiguous
     output, error = out[0, n_out * width :], rows[row, head(n_out, width) :]
     if width == 1:
         target = targets[sequence[0], start:]
@@ -181,7 +181,7 @@ def residuals(
 def restart(
     y: Any, begin: int, targets: Any, state: Any, sequence: Any, start: int, since: Any, n_out: Any
 ) -> None:
-    """Replace the lags by measured outputs, in the lanes where all of them are there."""
+    """Replace the lags by measured outputs, in the lanes where all of them are valid."""
     width, n_past = len(sequence), state.shape[1] - n_out
     measured = np.empty(n_out)
     for lane in range(width):
@@ -199,7 +199,7 @@ def restart(
 
 @compiled(**INNER)
 def cut(feedback: Any, begin: int, end: int, since: Any) -> None:
-    """Clear what comes through outputs that were measured, not computed."""
+    """Clear the feedback through outputs that were measured, not computed."""
     width = len(since)
     for lane in range(width):
         for t in range(begin, end):

@@ -1,13 +1,13 @@
-"""What happens to one tile of samples: run the network, linearise it, carry sensitivities on.
+"""Operations on one tile of samples: run the network, linearise it, propagate sensitivities.
 
 Layout: the last axis of every array holds columns, and a column is a sample of a lane: sample
-`t` of lane `l` of W lies at ``t * W + l``. With W lanes in step (restarts, recordings), a vector
-is one sample of all lanes; with one lane, it is consecutive samples. What does not depend on the
-sample before it therefore runs in vectors either way, and a lag of m samples is m * W columns.
+`t` of lane `l` of W lies at ``t * W + l``. With W parallel lanes (restarts, recordings), a vector
+is one sample of all lanes; with one lane, it is consecutive samples. Whatever does not depend on
+the previous sample is therefore vectorised either way, and a lag of m samples is m * W columns.
 
 Inputs ``x`` (C, columns) start with the ``input_lags - 1`` samples before the tile, fed-back
 outputs ``y`` (1, columns) with the ``output_lags`` samples before it, and sensitivities ``rows``
-(K, columns) with `head` columns, whose end holds the same samples.
+(K, columns) with `head` columns, whose end corresponds to the same samples.
 """
 
 from typing import Any
@@ -44,7 +44,7 @@ def advance(
             for m in range(n_out - 1, 0, -1):
                 w = load(lanes, weights, (j * n_features + n_v + m, 0))
                 z = z + w * load(lanes, y, (0, (t + n_out - 1 - m) * width))
-            # the newest output comes last: everything else is known before it
+            # the newest output is added last: everything else is available earlier
             z = z + load(lanes, weights, (j * n_features + n_v, 0)) * newest
             activation = activate(z, exact)
             store(lanes, h, (j, t * width), activation)
@@ -57,7 +57,7 @@ def advance(
 def predict(
     weights: Any, x: Any, y: Any, out: Any, h: Any, n: int, shape: Any, lanes: Any, exact: Any
 ) -> None:
-    """Run `n` samples in open loop, fed from `y`: outputs to `out`, activations to `h`."""
+    """Run `n` samples in open loop on past outputs `y`: outputs to `out`, activations to `h`."""
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width, n_v, n_features = len(lanes), n_inputs * n_in, n_inputs * n_in + n_out
     bias, slope = n_hidden * n_features, n_hidden * (n_features + 1)
@@ -94,9 +94,9 @@ def linearise(
     lanes: Any,
     recurrent: Any,
 ) -> None:
-    """Differentiate samples: by weights to `rows`, by the outputs before to `feedback`.
+    """Differentiate samples: by weights into `rows`, by earlier outputs into `feedback`.
 
-    The column of sample 0 is `lead`. Without `recurrent`, `feedback` is left alone. Up to seven
+    The column of sample 0 is `lead`. Without `recurrent`, `feedback` is unchanged. Up to seven
     columns beyond the last are written as well.
     """
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
@@ -130,11 +130,11 @@ def linearise(
 
 @compiled(**INNER)
 def propagate(rows: Any, feedback: Any, start: int, stop: int, shape: Any, lanes: Any) -> None:
-    """Turn direct derivatives into total ones: add what comes through earlier outputs."""
+    """Convert direct derivatives to total ones by adding those through earlier outputs."""
     n_out, width = len(shape[3]), len(lanes)
     first = head(n_out, width)
-    for i in range(0, rows.shape[0], 4):  # four rows hide each other's latency
-        # the last two stay in registers: a round trip through memory takes longer than a step
+    for i in range(0, rows.shape[0], 4):  # four rows at a time hide each other's latency
+        # the last two stay in registers: store and load take longer than a step
         before = first + (start - 1) * width
         s0 = load(lanes, rows, (i, before))
         s1 = load(lanes, rows, (i + 1, before))

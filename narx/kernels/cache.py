@@ -1,9 +1,9 @@
-"""Machine code on disk: never stale, never a reason to fail.
+"""Cache of machine code on disk that is never stale and never causes a failure.
 
-Numba looks at the file of the function it loads, not at the files of what that function calls,
-so a changed helper would leave stale machine code behind. Here the stamp of every kernel is a
-digest of this whole folder, which takes nothing from the rest of the package. A cache that cannot
-be read is compiled anew; where none can be written, kernels are compiled in memory.
+Numba checks the file of the function it loads, not the files of the functions it calls, so machine
+code would be stale after a change to a helper. Here the stamp of every kernel is a digest of this
+whole folder, which imports nothing from the rest of the package. If the cache cannot be read,
+kernels are compiled again; if it cannot be written, they are compiled in memory.
 """
 
 import functools
@@ -41,16 +41,16 @@ def sources_digest() -> str:
 @functools.cache
 def _warn_of_no_cache() -> None:
     warnings.warn(
-        "narx: no folder for compiled code can be written, so that it is compiled in memory, in "
+        "narx: no writable folder for compiled code, so it is compiled in memory, in "
         "every process again (up to a minute); set the environment variable NUMBA_CACHE_DIR to a "
-        "folder that can be written",
+        "writable folder",
         RuntimeWarning,
         stacklevel=2,
     )
 
 
 class _StampedAndSealed(CompileResultCacheImpl):
-    """Numba's cache of one function, with our stamp and a checksum of the machine code."""
+    """Numba's cache of one function, with a stamp and a checksum of the machine code."""
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
@@ -68,7 +68,7 @@ class _StampedAndSealed(CompileResultCacheImpl):
 
 
 class _KernelCache(FunctionCache):
-    """A cache whose faults cost time, not results."""
+    """A cache whose failures cost time, not results."""
 
     _impl_class = _StampedAndSealed
 
@@ -91,12 +91,12 @@ class _KernelCache(FunctionCache):
 
 
 def keep_on_disk(dispatcher: Any) -> None:
-    """Give a compiled function a cache, if there is a folder for it.
+    """Cache a compiled function on disk, if there is a folder for it.
 
     Parameters
     ----------
     dispatcher : numba dispatcher
-        What ``numba.njit`` made of a function of this folder.
+        Result of ``numba.njit`` for a function of this folder.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def keep_on_disk(dispatcher: Any) -> None:
     """
     function = dispatcher.py_func
     if Path(function.__code__.co_filename).resolve().parent != _FOLDER:
-        raise ValueError(f"{function.__qualname__}: compiled functions belong into {_FOLDER}")
+        raise ValueError(f"{function.__qualname__}: compiled functions belong in {_FOLDER}")
     try:
         cache = _KernelCache(function)
     except RuntimeError:  # numba has found no folder

@@ -1,8 +1,8 @@
-"""How the functions of this folder are compiled, and what stands in where numba cannot do it.
+"""Compilation of this folder's functions, and the fallback where numba is unavailable.
 
-`compiled` is the package's only way to machine code. Without numba, or with `NUMBA_DISABLE_JIT`,
-it leaves functions as they are, in plain Python: the same numbers, slowly. Explicit vectors
-(`narx.kernels.lanes`) do not work then; `narx.kernels.loops` tells the networks.
+`compiled` is the package's only use of the compiler. Without numba, or with `NUMBA_DISABLE_JIT`,
+functions stay plain Python: the same numbers, more slowly. Explicit vectors (`narx.kernels.lanes`)
+do not work then, and `narx.kernels.loops` selects plain torch for the networks.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ import numpy as np
 try:
     import numba
 
-    # set by numba while it is loaded, out of a type checker's sight
+    # set by numba at import, invisible to a type checker
     INTERPRETED = "NUMBA_DISABLE_JIT is set" if vars(numba.config)["DISABLE_JIT"] else ""
 except Exception as error:  # numba refuses releases of numpy and Python that it does not support
     INTERPRETED = f"numba cannot be loaded: {error}"
@@ -26,7 +26,7 @@ except Exception as error:
 else:
     _keep, UNSUPPORTED = keep_on_disk, ""
 
-# operation after operation as written
+# exactly the operations as written
 EXACT: dict[str, Any] = {"cache": True, "nogil": True}
 EXACT_INNER: dict[str, Any] = {"nogil": True}
 
@@ -37,7 +37,7 @@ JIT: dict[str, Any] = {
     "fastmath": {"contract"},  # fused multiply-add, but NaN stays NaN and order stays order
 }
 
-# of what only kernels call: without an entry from Python, and kept in the cache of its callers
+# functions called only by kernels: no Python entry point, cached with their callers
 INNER: dict[str, Any] = {
     **JIT,
     "cache": False,
@@ -54,7 +54,7 @@ def compiled(cache: bool = False, **options: Any) -> Callable[[Any], Any]:
     cache : bool
         Keep the machine code on disk.
     **options
-        Of ``numba.njit``: `EXACT`, `JIT` or those of an inner function.
+        Options of ``numba.njit``: `EXACT`, `JIT` or those of an inner function.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def compiled(cache: bool = False, **options: Any) -> Callable[[Any], Any]:
 
     def decorate(function: Any) -> Any:
         if INTERPRETED:
-            # as compiled code does, divide by zero without a word
+            # divide by zero silently, as compiled code does
             return np.errstate(all="ignore")(function) if cache else function
         dispatcher = numba.njit(**options)(function)
         if cache and _keep is not None:

@@ -17,7 +17,7 @@ def stacked(n: int, n_rows: int, n_columns: int) -> Any:
 
 @compiled(**INNER)
 def fetch_scales(scales: Any, postures: Any, sequence: Any, scale: Any, posture: Any) -> None:
-    """Fill what belongs to the lanes: scale (6, W) and posture (3, W)."""
+    """Fill the lanes' scale (6, W) and posture (3, W)."""
     for lane in range(len(sequence)):
         for axis in range(3):
             posture[axis, lane] = postures[sequence[lane], axis]
@@ -59,7 +59,7 @@ def shift(values: Any, n: int, head: int) -> None:
 
 @compiled(**INNER)
 def keep_past(v: Any, y: Any, n_in: int, n_out: int, lane: int, width: int, state: Any) -> None:
-    """Read a lane's state (3, S) from the heads of v and y."""
+    """Copy a lane's state (3, S) from the heads of v and y."""
     for axis in range(3):
         for i in range(n_in - 1):
             state[axis, i] = v[axis, 0, (n_in - 2 - i) * width + lane]
@@ -84,8 +84,8 @@ def run(
 ) -> None:
     """Run sequences `first` to `last`: rates (B, N, 3) to angles (B, N, 3).
 
-    weights (B or 1, P), state (B, 3, S), postures (B, 3); scales (6,): one over the scale
-    of each axis' rate, then the scale of its angle.
+    weights (B or 1, P), state (B, 3, S), postures (B, 3); scales (6,): the inverse scale of each
+    axis' rate, then the scale of its angle.
     """
     n_hidden, n_in, n_out, width = len(shape[0]), len(shape[2]), len(shape[3]), len(lanes)
     tile = TILE_COLUMNS // width

@@ -43,11 +43,11 @@ def coupled_sensitivities(
 ) -> None:
     """Add products of residuals and their derivatives to sums (3, K, K, 8), group after group.
 
-    weights (R, P); groups (G, W, 2) says which sequence a lane runs, -1 none, and with which of
-    the weights. rates and targets (B, N, 3), the latter as normalised outputs, or with `given` as
-    the residuals themselves; state (B, 3, S), postures (B, 3), scales (6,) as in
-    `narx.kernels.coupled_loop.run`; roots and lengths (B,). The first `n_axes` axes count. With
-    `offset_free` each sequence's mean residual is taken off, axis by axis.
+    weights (R, P); groups (G, W, 2) is the sequence of each lane, -1 for none, and its row of the
+    weights. rates and targets (B, N, 3), the latter as normalised outputs, or with `given` as
+    residuals; state (B, 3, S), postures (B, 3), scales (6,) as in `narx.kernels.coupled_loop.run`;
+    roots and lengths (B,). The first `n_axes` axes are used. With `offset_free` each sequence's
+    mean residual is subtracted, axis by axis.
     """
     n_hidden, n_in, n_out, width = len(shape[0]), len(shape[2]), len(shape[3]), len(lanes)
     n_weights, n_rows, bias = weights.shape[1], sums.shape[1], n_hidden * (n_in + n_out)
@@ -171,7 +171,7 @@ def count(
     counted: Any,
     n_axes: int,
 ) -> None:
-    """Put residuals into their row, and the root of every column's weight (zero: not counted)."""
+    """Put residuals into their row, and the root of every column's weight (zero: not used)."""
     width = len(group)
     for lane in range(width):
         q = group[lane, 0]
@@ -204,7 +204,7 @@ def weigh_rows(rows: Any, root: Any, n_rows: int, lead: int, n: int) -> None:
 
 @compiled(**INNER)
 def add_columns(rows: Any, start: int, stop: int, totals: Any) -> None:
-    """Add the columns of each row, eight in turn, to totals (K, 8)."""
+    """Add the columns of each row to totals (K, 8), eight at a time."""
     for i in range(len(rows)):
         s = load(VECTOR, totals, (i, 0))
         for at in range(start, stop, 8):

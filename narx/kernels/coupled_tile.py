@@ -1,13 +1,12 @@
-"""One tile of three coupled axes: the tilt estimated so far turns the gyroscope's rates.
+"""One tile of three coupled axes: the estimated tilt converts the gyroscope's rates.
 
-The tilt is extrapolated to the time of the sample, ``2 p_{k-1} - p_{k-2}`` (`ahead`): with that
-of the sample before, tilt and turn that go together would act like a bias of 0.1 deg/s at 100 Hz.
+The tilt is extrapolated to the time of the sample, ``2 p_{k-1} - p_{k-2}`` (`ahead`): with that of
+the previous sample, correlated tilt and turn would act like a bias of 0.1 deg/s at 100 Hz.
 
 Layout as in `narx.kernels.axis_tile`, with the axis first: gyroscope ``u``, inputs of the network
-``v`` and their answers ``tilting`` to the tilt before have ``input_lags - 1`` samples before
-the tile, outputs ``y`` (3, 1, columns) ``output_lags``, sensitivities ``rows`` (3, K, columns)
-a head of `coupled_head` columns. Per lane: ``scales`` (6, W): rates, then angles; ``posture``
-(3, W).
+``v`` and their derivatives ``tilting`` by the earlier tilt have ``input_lags - 1`` samples before
+the tile, outputs ``y`` (3, 1, columns) ``output_lags``, sensitivities ``rows`` (3, K, columns) a
+head of `coupled_head` columns. Per lane: ``scales`` (6, W): rates, then angles; ``posture`` (3, W).
 """
 
 from typing import Any
@@ -21,13 +20,13 @@ from narx.kernels.tanh import activate
 
 @compiled(**INNER)
 def memory(shape: Any) -> Any:
-    """Samples that the sensitivities look back: through outputs, and through inputs to tilt."""
+    """Past samples used by the sensitivities: through outputs, and through inputs to tilt."""
     return max(len(shape[3]), len(shape[2]) + (1 if len(shape[3]) > 1 else 0))
 
 
 @compiled(**INNER)
 def ahead(y: Any, axis: int, at: int, width: Any, shape: Any, lanes: Any) -> Any:
-    """Output that comes next if it goes on as from the one before `at` to the one there."""
+    """Next output by linear extrapolation from those at `at` and just before it."""
     newest = load(lanes, y, (axis, 0, at))
     if len(shape[3]) > 1:
         return newest + newest - load(lanes, y, (axis, 0, at - width))
@@ -81,7 +80,7 @@ def coupled_advance(
                 for m in range(n_out - 1, -1, -1):
                     w = load(lanes, weights, (j * n_features + n_in + m, 0))
                     z = z + w * load(lanes, y, (axis, 0, (t + n_out - 1 - m) * width))
-                for i in range(n_in - 1, -1, -1):  # the present input comes last
+                for i in range(n_in - 1, -1, -1):  # the current input is added last
                     w = load(lanes, weights, (j * n_features + i, 0))
                     z = z + w * load(lanes, v, (axis, 0, at - i * width))
                 activation = activate(z, exact)
@@ -135,11 +134,11 @@ def couple(
     shape: Any,
     lanes: Any,
 ) -> None:
-    """How an axis' output answers to earlier outputs: coefficients (3 axes, M lags, columns).
+    """Sensitivity of an axis' output to earlier outputs: coefficients (3 axes, M lags, columns).
 
     ``dp_a[k] = ... + sum_b sum_m coefficients[b, m] dp_b[k-1-m]``: through its own lags, and
-    through its inputs, which answer to the tilt (sagittal, frontal) extrapolated from the two
-    outputs before them: twice the newer less the older.
+    through its inputs, which depend on the tilt (sagittal, frontal) extrapolated from the two
+    preceding outputs: twice the newer minus the older.
     """
     n_hidden, n_in, n_out = len(shape[0]), len(shape[2]), len(shape[3])
     width, n_features, v = len(lanes), len(shape[2]) + len(shape[3]), VECTOR
@@ -177,7 +176,7 @@ def couple(
 def coupled_propagate(
     rows: Any, coefficients: Any, n_weights: int, n: int, n_axes: int, shape: Any, lanes: Any
 ) -> None:
-    """Turn direct derivatives (3, K, columns) of `n_axes` axes into total ones."""
+    """Convert direct derivatives (3, K, columns) of `n_axes` axes to total ones."""
     width, depth = len(lanes), memory(shape)
     lead = coupled_head(shape, width)
     for i in range(n_weights):

@@ -1,4 +1,4 @@
-"""Sine, cosine and Euler kinematics, for a number and for a vector alike."""
+"""Sine, cosine and Euler kinematics, for scalars and vectors."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from narx.kernels.compiler import INNER, compiled
 from narx.kernels.lanes import exact_cos, exact_sin, magnitude, nearest, where_less
 from narx.kernels.limits import COS_FRONTAL_MIN
 
-PI_HIGH, PI_LOW = 3.141592651605606, 1.984187159361081e-09  # few enough bits: k PI_HIGH is exact
+PI_HIGH, PI_LOW = 3.141592651605606, 1.984187159361081e-09  # short enough that k PI_HIGH is exact
 
 S0, S1, S2, S3, S4, S5, S6, S7, S8 = (
     1.0,
@@ -36,7 +36,7 @@ C0, C1, C2, C3, C4, C5, C6, C7, C8 = (
 def sine_cosine(x: Any, exact: Any) -> Any:
     """Sine and cosine: the C library's if `exact` is given, else polynomials (error 3e-16).
 
-    Least-squares polynomials on +-90 degrees after taking whole half turns off; good for a
+    Least-squares polynomials on +-90 degrees after subtracting whole half turns; accurate up to a
     million turns.
     """
     if exact is not None:
@@ -59,18 +59,19 @@ def angle_rates(
 ) -> Any:
     """Rates of the three angles from the gyroscope, and their derivatives by the tilt.
 
-    As `narx.kinematics.segment_angles.coupled_rates`, with the cosine of the frontal angle kept
-    away from zero. Returns the three rates, then d/d(sagittal) of them, then d/d(frontal).
+    As `narx.kinematics.segment_angles.coupled_rates`, with a lower limit on the magnitude of the
+    cosine of the frontal angle. Returns the three rates, then d/d(sagittal) of them, then
+    d/d(frontal).
     """
     sin_s, cos_s = sine_cosine(sagittal, exact)
     sin_f, cos_f = sine_cosine(frontal, exact)
     size = magnitude(cos_f)
     zero = size - size
     least = zero + COS_FRONTAL_MIN
-    # beyond the limit the cosine is a constant of its own sign
+    # beyond the limit the cosine is a constant of the same sign
     held = where_less(cos_f, zero, zero - COS_FRONTAL_MIN, least)
     inverse = 1.0 / where_less(size, least, held, cos_f)
-    slope = where_less(size, least, zero, sin_f)  # minus the derivative of the cosine used
+    slope = where_less(size, least, zero, sin_f)  # minus the derivative of the limited cosine
     across = u_transverse * cos_s - u_frontal * sin_s
     along = u_frontal * cos_s + u_transverse * sin_s
     heading = across * inverse

@@ -1,7 +1,7 @@
 """Products of all pairs of rows, summed over the columns: the normal matrix of a tile.
 
-The last row but the padding holds the residuals, so matrix, gradient and cost come out of one
-product. Sixteen sums are held in registers at a time.
+The last row before the padding contains the residuals, so one product gives matrix, gradient and
+cost. Sixteen sums are held in registers at a time.
 """
 
 from typing import Any
@@ -18,7 +18,7 @@ def add_products(rows: Any, start: int, stop: int, sums: Any) -> None:
     """Add rows[i] * rows[j] to sums[i, j], lower triangle of blocks.
 
     Rows are (K, columns) with K a multiple of four; sums (K, K, 8): columns `start` to `stop`, a
-    multiple of eight of them, go into the eight lanes in turn.
+    multiple of eight, are distributed over the eight lanes.
     """
     v = VECTOR
     for i in range(0, rows.shape[0], BLOCK):
@@ -86,7 +86,7 @@ def add_products(rows: Any, start: int, stop: int, sums: Any) -> None:
 def fold(sums: Any, products: Any) -> None:
     """Turn sums (G, K, K, 8) of groups into products (R, S, S), lower triangles.
 
-    One start has all groups and lanes, added up in their order; of several, each has a lane.
+    With one start all groups and lanes are summed in order; with several, each start has a lane.
     """
     n_starts, size = len(products), products.shape[1]
     for r in range(n_starts):

@@ -1,10 +1,10 @@
-"""Explicit vectors for numba: one kernel source for a single sequence and for many in step.
+"""Explicit vectors for numba: one kernel source for one sequence and for several in parallel.
 
 A recurrence cannot be vectorised over time, but many of them can run side by side: restarts of
-a training, channels of a recording. Compilers see that only with luck (aliasing, short inner
-loops), so the kernels say it: `load` gives a vector of `width` neighbouring float64 (a plain
-float64 for a width of one), the operators work on it, `store` puts it back. LLVM cuts a vector
-into the registers that the machine has.
+a training, channels of a recording. Compilers rarely vectorise this (aliasing, short inner loops),
+so the kernels do it explicitly: `load` returns a vector of `width` contiguous float64 (a plain
+float64 for a width of one), the operators work on it, `store` writes it back. LLVM splits a vector
+into the registers of the machine.
 
 Sizes reach the kernels as tuples, by their *length*: a length is part of a tuple's type, so
 every loop over hidden neurons, lags or lanes has a bound known at compile time.
@@ -28,7 +28,7 @@ from narx.kernels.numba_internals import (
 from narx.kernels.numba_internals import intrinsic as _intrinsic
 from narx.kernels.numba_internals import overload as _overload
 
-# what these make of a function has another signature than the function: no matter for mypy
+# these decorators change the signature of a function, which mypy cannot follow
 intrinsic: Any = _intrinsic
 overload: Any = _overload
 
@@ -112,7 +112,7 @@ def _pointer(context: Any, builder: Any, sig: Any, array: Any, index: Any, width
 
 @intrinsic
 def load(typingctx: Any, lanes: Any, array: Any, index: Any) -> Any:
-    """Read neighbouring numbers, as many as there are lanes, from ``array[index]`` on."""
+    """Read one number per lane, contiguous from ``array[index]`` on."""
     width = len(lanes)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
@@ -124,7 +124,7 @@ def load(typingctx: Any, lanes: Any, array: Any, index: Any) -> Any:
 
 @intrinsic
 def spread(typingctx: Any, lanes: Any, array_lanes: Any, array: Any, index: Any) -> Any:
-    """Read as `load` does, or put the one number that is there into all lanes."""
+    """Read as `load` does, or broadcast a single number to all lanes."""
     width, array_width = len(lanes), len(array_lanes)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
@@ -138,7 +138,7 @@ def spread(typingctx: Any, lanes: Any, array_lanes: Any, array: Any, index: Any)
 
 @intrinsic
 def store(typingctx: Any, lanes: Any, array: Any, index: Any, value: Any) -> Any:
-    """Write neighbouring numbers from ``array[index]`` on."""
+    """Write contiguous numbers from ``array[index]`` on."""
     width = len(lanes)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
@@ -151,7 +151,7 @@ def store(typingctx: Any, lanes: Any, array: Any, index: Any, value: Any) -> Any
 
 @intrinsic
 def splat(typingctx: Any, lanes: Any, value: Any) -> Any:
-    """Put one number into all lanes."""
+    """Broadcast one number to all lanes."""
     width = len(lanes)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
@@ -176,7 +176,7 @@ def clamp(typingctx: Any, value: Any, limit: Any) -> Any:
 
 
 def _by_llvm(name: str) -> Any:
-    """Make an intrinsic of one floating-point argument from LLVM's of that name."""
+    """Build an intrinsic of one floating-point argument from LLVM's intrinsic of that name."""
 
     def typed(typingctx: Any, x: Any) -> Any:
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
@@ -198,7 +198,7 @@ magnitude = _by_llvm("fabs")
 
 @intrinsic
 def where_less(typingctx: Any, x: Any, limit: Any, yes: Any, no: Any) -> Any:
-    """Choose lane by lane: `yes` where x < limit, else `no` (there too if x is NaN)."""
+    """Choose lane by lane: `yes` where x < limit, else `no` (also if x is NaN)."""
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> ir.Value:
         return builder.select(builder.fcmp_ordered("<", args[0], args[1]), args[2], args[3])
@@ -223,7 +223,7 @@ def _with_lane(typingctx: Any, value: Any, index: Any, number: Any) -> Any:
 
 
 def _by_lane(function: Any) -> Any:
-    """Make a function that applies one of numba's to every lane."""
+    """Build a function that applies one of numba's to every lane."""
 
     def placeholder(x: Any) -> Any:
         raise NotImplementedError

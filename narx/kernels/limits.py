@@ -1,4 +1,4 @@
-"""Limits that the compiled kinematics and its forms in torch, numpy and C share."""
+"""Limits shared by the compiled kinematics and its versions in torch, numpy and C."""
 
 # smallest magnitude of the frontal angle's cosine: a segment lying sideways has no flexion axis
 COS_FRONTAL_MIN = 0.1

@@ -1,7 +1,7 @@
-"""One iteration of Levenberg-Marquardt for many starts: the damped steps, and what they mean.
+"""One Levenberg-Marquardt iteration for many starts: the damped steps, and their acceptance.
 
-Compiled, since with one start the solver would otherwise spend as long on arrays of one number
-as on the whole recording.
+Compiled, since with one start the overhead of numpy on tiny arrays would otherwise take as long as
+the whole recording.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ import numpy as np
 
 from narx.kernels.compiler import INNER, JIT, compiled
 
-# why a start has stopped, or that it has not; `narx.training.least_squares.stopping` names them
+# reasons for stopping a start, or not; named in `narx.training.least_squares.stopping`
 RUNNING, GRADIENT, STEP, COST_CHANGE, COST, EVALUATIONS, DAMPING, NOT_FINITE = range(8)
 _TINY = float(np.finfo(float).tiny)
 
@@ -42,8 +42,8 @@ def damped_steps(
 ) -> None:
     """Solve (JTJ + decay I + damping) step = -gradient by Cholesky, start by start.
 
-    active (A,) of the R starts; products (R, P + 1, P + 1), weights (R, P), free (F,) indices
-    that may move, mu and decay (R,). trial (A, P) weights after the step, NaN where the matrix
+    active (A,) of the R starts; products (R, P + 1, P + 1), weights (R, P), free (F,) indices of
+    trainable weights, mu and decay (R,). trial (A, P) weights after the step, NaN where the matrix
     is not positive; predicted (A,) decrease of the quadratic model, gradient (R,) its largest
     entry.
     """
@@ -110,10 +110,10 @@ def decide(
     codes: Any,
     kept: Any,
 ) -> None:
-    """Judge the trial weights of the active starts and change what is known of them in place.
+    """Accept or reject the trial weights of the active starts, and update their state in place.
 
     active (A,) of the R starts; trial (A, P), trial_products (A, P + 1, P + 1), predicted (A,)
-    decrease; gradient (R,) at the weights before, free (F,) weights that move, decay (R,).
+    decrease; gradient (R,) at the previous weights, free (F,) trainable weights, decay (R,).
     stopping: limits of gradient, step, cost change and sum of squares; damping: smallest and
     largest mu. weights (R, P), products (R, P + 1, P + 1), cost, mu, growth and codes (R,) are
     changed; kept (A,) is set.

@@ -1,7 +1,7 @@
-"""The compiled loops of the network, or none of them: the one switch between numba and torch.
+"""The compiled loops of the network, if available: the only switch between numba and torch.
 
-Where numba cannot be loaded, is switched off, or has changed too much inside, `AVAILABLE` is
-False and the networks run by plain torch operations: the same results, far slower.
+If numba cannot be loaded, is switched off, or has changed its internals, `AVAILABLE` is False and
+the networks run in plain torch operations: the same results, far slower.
 """
 
 import warnings

@@ -1,7 +1,7 @@
-"""All that the kernels use of numba beyond its stable interface, in one place.
+"""All uses of numba beyond its stable interface, in one place.
 
-A release of numba may move any of these names. This file then fails to load, and
-`narx.kernels.loops` lets the package work without the compiled loops.
+A numba release may move any of these names. This file then fails to import, and
+`narx.kernels.loops` makes the package work without the compiled loops.
 """
 
 from typing import Any
@@ -35,12 +35,12 @@ __all__ = [
 
 
 def set_cache(dispatcher: Any, cache: FunctionCache) -> None:
-    """Let a compiled function look for its machine code in `cache`.
+    """Make a compiled function use `cache` for its machine code.
 
     Parameters
     ----------
     dispatcher : numba dispatcher
-        What ``numba.njit`` made of a function.
+        Result of ``numba.njit`` for a function.
     cache : FunctionCache
         Its cache.
     """

@@ -1,10 +1,10 @@
-"""Recursions of one axis, and the loop that runs one over three axes that may be coupled.
+"""Recursions of one axis, and the loop that runs them on three axes, coupled or not.
 
 A recursion is a plain function ``(output, memory, before, rate, extra, parameters)`` to
-``(output, memory)``: its output and whatever else it remembers, the rate of the sample before and
-of this one, a number of its own for this sample (a tilt, a breakpoint), and three constants, the
-first of them the sampling interval. Plain arithmetic, so that it runs compiled, sample by sample,
-and on numbers that count their operations.
+``(output, memory)``: its output and other memory, the rate of the previous and of the current
+sample, an extra input for this sample (a tilt, a breakpoint), and three constants, the first of
+which is the sampling interval. Plain arithmetic, so that it runs compiled, sample by sample, and on
+numbers that count operations.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ def integrate(
 def leak(
     output: Any, memory: Any, before: Any, rate: Any, extra: Any, parameters: Any
 ) -> tuple[Any, Any]:
-    """Integrate and forget; parameters: interval, share kept from sample to sample."""
+    """Leaky integration; parameters: interval, fraction kept from sample to sample."""
     interval, kept, _ = parameters
     return kept * (output + (0.5 * interval) * (rate + before)), memory
 
@@ -41,7 +41,7 @@ def leak(
 def pull(
     output: Any, memory: Any, before: Any, rate: Any, extra: Any, parameters: Any
 ) -> tuple[Any, Any]:
-    """Integrate, then go part of the way to `extra`; parameters: as `integrate`, and the part."""
+    """Integrate, then move a fraction of the way to `extra`; parameters: `integrate`'s, fraction."""
     interval, trapezoid, gain = parameters
     turned = (0.5 * interval) * (rate + before) if trapezoid else interval * rate
     predicted = output + turned
@@ -54,7 +54,7 @@ def pull(
 def reset(
     output: Any, memory: Any, before: Any, rate: Any, extra: Any, parameters: Any
 ) -> tuple[Any, Any]:
-    """Take `extra` where there is one, else integrate; parameters: interval."""
+    """Use `extra` where it is valid, else integrate; parameters: interval."""
     if extra == extra:
         return extra, memory
     return output + (0.5 * parameters[0]) * (rate + before), memory
@@ -63,7 +63,7 @@ def reset(
 def band_pass(
     output: Any, memory: Any, before: Any, rate: Any, extra: Any, parameters: Any
 ) -> tuple[Any, Any]:
-    """Leaky integral less its own slow part (memory); `extra`: breakpoint in rad/s."""
+    """Leaky integral minus its slow part (memory); `extra`: breakpoint in rad/s."""
     interval, _, _ = parameters
     integral = output + memory
     leak_half = 0.5 * interval * extra
@@ -82,8 +82,8 @@ _integrate, _leak, _pull, _reset, _band_pass = (compiled(**EXACT_INNER)(one) for
 def rates_of_angles(u_sagittal: Any, u_frontal: Any, u_transverse: Any, s: Any, f: Any) -> Any:
     """Rates of the three angles from the gyroscope at the sagittal and frontal angle s and f.
 
-    As `narx.kinematics.segment_angles.coupled_rates`, with the cosine of the frontal angle kept
-    away from zero.
+    As `narx.kinematics.segment_angles.coupled_rates`, with a lower limit on the magnitude of the
+    cosine of the frontal angle.
     """
     sin_s, cos_s, sin_f, cos_f = np.sin(s), np.cos(s), np.sin(f), np.cos(f)
     if abs(cos_f) < COS_FRONTAL_MIN:
@@ -110,9 +110,9 @@ def run_recursion(
 ) -> None:
     """Fill `columns` of out (N, 3) from rates (N, 3) and extras (N, 3); advance state (3, 3).
 
-    kind: place of the recursion in `RECURSIONS`. Outputs count from posture (3,). With `coupled`,
-    the rates of the angles take the place of the gyroscope's own, by the tilt extrapolated to the
-    time of the sample. With `fresh`, the first sample has the output of the state.
+    kind: index of the recursion in `RECURSIONS`. Outputs are relative to posture (3,). With
+    `coupled`, the rates of the angles replace those of the gyroscope, with the tilt extrapolated to
+    the time of the sample. With `fresh`, the output of the first sample is that of the state.
     """
     interval = parameters[0]
     rate = np.empty(3)

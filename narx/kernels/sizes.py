@@ -1,8 +1,8 @@
-"""Sizes that a kernel sees at compile time: a length is part of a tuple's type."""
+"""Sizes known to a kernel at compile time: a length is part of a tuple's type."""
 
 
 def length(n: int) -> tuple[int, ...]:
-    """Return a tuple whose length tells a kernel a size at compile time.
+    """Return a tuple whose length encodes a size at compile time.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """The first seconds, before the network takes over: integrate, and average the posture.
 
-What it does and why stands in `narx.inference.start_up`.
+The method is described in `narx.inference.start_up`.
 """
 
 from typing import Any
@@ -10,12 +10,12 @@ import numpy as np
 from narx.kernels.compiler import EXACT, compiled
 from narx.kernels.limits import COS_FRONTAL_MIN
 
-# where in the state lies what, after angles, rates and weighted sum of angles (three each)
+# layout of the state, after angles, rates and weighted sum of angles (three each)
 POSTURE_WEIGHT, TIME_S, MOVING_S, MEAN_SQUARE, KNOWN = 9, 10, 11, 12, 13
 STATE_SIZE = 14
 
-# time constant and threshold of what counts as movement: root mean square of the rates over
-# about a second, which sway in standing stays far below
+# time constant and threshold of movement: root mean square of the rates over about a second, far
+# above that of sway in standing
 MOVEMENT_TIME_CONSTANT_S = 1.0
 MOVEMENT_RAD_S = 0.35
 
@@ -34,7 +34,7 @@ def run_start_up(
     state: Any,
     angles: Any,
 ) -> int:
-    """Fill angles (N, 3) from rates (N, 3) until there was enough movement; return how many.
+    """Fill angles (N, 3) from rates (N, 3) until there was enough movement; return their number.
 
     state (14,) as `narx.inference.start_up.StartUp.begin` makes it is changed in place.
     """
@@ -44,7 +44,7 @@ def run_start_up(
         if state[MOVING_S] >= duration:
             return k
         if coupled:
-            # extrapolated to the time of the sample: with the tilt of the sample before, the
+            # extrapolated to the time of the sample: with the tilt of the previous sample, the
             # lag would add up to degrees per minute
             for axis in range(3):
                 tilt[axis] = state[axis] + interval * state[3 + axis]

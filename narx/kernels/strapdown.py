@@ -1,4 +1,4 @@
-"""Orientation from rotation vectors, one after another."""
+"""Orientation from successive rotation vectors."""
 
 from typing import Any
 

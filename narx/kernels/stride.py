@@ -6,18 +6,18 @@ import numpy as np
 
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
 
-# below this RMS a leg does not walk: a third of the slowest gait's (about 0.5 rad/s)
+# RMS below which there is no walking: a third of that of the slowest gait (about 0.5 rad/s)
 MINIMUM_RMS_RAD_S = 0.15
 
-# low-passed rate, its mean square, stride time, time since the last crossing, whether the rate
-# has been below zero since, whether there was a stride
+# low-passed rate, its mean square, stride time, time since the last crossing, whether the rate has
+# been below zero since, whether there has been a stride
 TrackerState = tuple[float, float, float, float, bool, bool]
 
 
 def track(
     state: TrackerState, sagittal_rate_rad_s: float, constants: tuple[float, ...]
 ) -> TrackerState:
-    """Follow one sample; plain arithmetic, so that its operations can be counted."""
+    """Process one sample; plain arithmetic, so that its operations can be counted."""
     before, mean_square, stride_s, since_s, armed, seen = state
     interval_s, low_pass, mean_square_gain, shortest_s, longest_s, smoothing = constants
     rate = before + low_pass * (sagittal_rate_rad_s - before)

@@ -1,9 +1,9 @@
-"""The hyperbolic tangent as a ratio of polynomials, for a number and for a vector alike.
+"""The hyperbolic tangent as a ratio of polynomials, for scalars and vectors.
 
-``tanh x = x P(x^2) / Q(x^2)`` for ``|x| <= 18`` (beyond, tanh is 1 to the last bit but four), P
-and Q fitted for the least relative error with the Lawson iteration in 60 digits: 4.5e-16 before
-rounding, 1.2e-15 in float64. The trained loop is nearly an integrator and amplifies an error of
-its activation about 1e5 times, so a cheaper fit would show in the angle.
+``tanh x = x P(x^2) / Q(x^2)`` for ``|x| <= 18`` (beyond, 1 is within four units in the last place),
+P and Q fitted for the least relative error with the Lawson iteration in 60 digits: 4.5e-16 before
+rounding, 1.2e-15 in float64. The trained loop is nearly an integrator and amplifies an error of its
+activation about 1e5 times, so a cheaper fit would affect the angle.
 """
 
 from typing import Any

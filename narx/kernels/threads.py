@@ -1,4 +1,4 @@
-"""Threads over sequences: the kernels release the interpreter's lock."""
+"""Threads over sequences: the kernels release the global interpreter lock."""
 
 import os
 import threading
@@ -21,19 +21,19 @@ if hasattr(os, "register_at_fork"):  # a forked child has the pool, but none of 
 
 
 def in_threads(work: Callable[[int, int], None], n: int, step: int) -> None:
-    """Call `work(first, last)` on parts of `range(n)`, in as many threads as torch may use.
+    """Call `work(first, last)` on parts of `range(n)`, in as many threads as torch is allowed.
 
     Parameters
     ----------
     work : callable
-        Does items `first` to `last`; results must not depend on how the range is cut.
+        Processes items `first` to `last`; results must not depend on how the range is split.
     n : int
         Number of items.
     step : int
-        Items that are done together: parts are multiples of it.
+        Items processed together: parts are multiples of it.
     """
     n_threads = min(torch.get_num_threads(), -(-n // step))
-    # work that is itself done in a thread of the pool must not wait for others in it
+    # work inside a thread of the pool must not wait for other threads of the pool
     if n_threads <= 1 or threading.current_thread().name.startswith(_PREFIX):
         if n:
             work(0, n)

@@ -1,4 +1,4 @@
-"""Between recordings (one row per sequence) and tiles (one column per sample and lane)."""
+"""Copies between recordings (one row per sequence) and tiles (one column per sample and lane)."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ def aligned(n_rows: int, n_columns: int) -> Any:
 
 @compiled(**INNER)
 def columns_for(n: int) -> int:
-    """Room for `n` columns and one vector more, in whole vectors."""
+    """Space for `n` columns and one more vector, in whole vectors."""
     return (n + 7) // 8 * 8 + 8
 
 
@@ -27,7 +27,7 @@ def columns_for(n: int) -> int:
 def fetch_inputs(
     inputs: Any, state: Any, sequence: Any, start: int, n: int, x: Any, shape: Any, lanes: Any
 ) -> None:
-    """Fill x (C, columns) with samples `start` to `start + n` and those before they look at."""
+    """Fill x (C, columns) with samples `start` to `start + n` and the lags before them."""
     n_inputs, n_in, width = len(shape[1]), len(shape[2]), len(lanes)
     for lane in range(width):
         q = sequence[lane]
@@ -59,10 +59,10 @@ def fetch_outputs(
 
 @compiled(**INNER)
 def fetch_weights(weights: Any, sequence: Any, packed: Any) -> None:
-    """Fill packed (P, W) from weights (B, P), or from the one row that there is."""
+    """Fill packed (P, W) from weights (B, P), or from a single shared row."""
     for lane in range(len(sequence)):
         q = sequence[lane] if len(weights) > 1 else 0
-        for i in range(weights.shape[1]):  # assigning a row would take two seconds to compile
+        for i in range(weights.shape[1]):  # assigning a whole row would take two seconds to compile
             packed[i, lane] = weights[q, i]
 
 
@@ -84,7 +84,7 @@ def final_state(inputs: Any, outputs: Any, state: Any, q: int, shape: Any, final
 
 @compiled(**INNER)
 def lanes_from(first: int, last: int, sequence: Any) -> int:
-    """Put sequences from `first` on into lanes; return how many. Spare lanes repeat the last."""
+    """Put sequences from `first` on into lanes; return how many. Unused lanes repeat the last."""
     for lane in range(len(sequence)):
         sequence[lane] = min(first + lane, last - 1)
     return min(len(sequence), last - first)
