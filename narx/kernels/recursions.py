@@ -41,7 +41,7 @@ def leak(
 def pull(
     output: Any, memory: Any, before: Any, rate: Any, extra: Any, parameters: Any
 ) -> tuple[Any, Any]:
-    """Integrate, then move a fraction of the way to `extra`; parameters: `integrate`'s, fraction."""
+    """Integrate, then move a fraction of the way to `extra`; parameters: as before, fraction."""
     interval, trapezoid, gain = parameters
     turned = (0.5 * interval) * (rate + before) if trapezoid else interval * rate
     predicted = output + turned

@@ -1,4 +1,4 @@
-"""Recordings: sensors on one uniform clock, with a reference where there is one."""
+"""Recordings: sensors on one uniform clock, with an optional reference."""
 
 from narx.recordings.trial import ImuRecording, ReferenceOrientation, Trial
 

@@ -1,8 +1,8 @@
 """Bring an inertial sensor and an optical reference onto one clock and one body frame.
 
-Both see the same rigid body turn. Its angular speed does not depend on any frame, which gives
-the clock offset; with the clocks aligned, the angular velocities give the constant rotation
-between the tracked body frame and the sensor frame.
+Both measure the rotation of the same rigid body. Its angular speed does not depend on the frame,
+which gives the clock offset; with the clocks aligned, the angular velocities give the constant
+rotation between the tracked body frame and the sensor frame.
 """
 
 from dataclasses import dataclass
@@ -16,31 +16,31 @@ from scipy.spatial.transform import Rotation
 from narx.errors import RecordingError
 from narx.types import FloatArray
 
-# an interval whose two rates differ this many times more than the median one is a tracking fault
+# an interval whose rates differ by this many times the median difference is a tracking fault
 _OUTLIER_FACTOR = 5.0
 _MIN_INTERVALS = 20
-# below this the two did not see the same motion
+# below this the two did not measure the same motion
 _MIN_CORRELATION = 0.5
-# samples further apart than this many usual intervals have a gap between them
+# samples further apart than this many median intervals have a gap between them
 _GAP_FACTOR = 3.5
-# a tracked body does not turn faster than this many times the fastest rate of its gyroscope
+# largest plausible rate of a tracked body, as a multiple of its gyroscope's fastest rate
 _JUMP_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
 class Misalignment:
-    """Constant rotation between the frame that was tracked and the sensor.
+    """Constant rotation between the tracked frame and the sensor.
 
     Parameters
     ----------
     body_to_sensor : Rotation
-        Takes vectors in the tracked body frame to the sensor frame.
+        Maps vectors in the tracked body frame to the sensor frame.
     rate_offset_rad_s : ndarray, shape (3,)
-        Sensor rate at no motion that the fit leaves over: the gyroscope's bias, rad/s.
+        Constant sensor rate of the fit: the gyroscope's bias, rad/s.
     residual_rad_s : float
-        Root mean square of what rotation and offset do not explain, per axis, rad/s.
+        Root mean square residual of the fit by rotation and offset, per axis, rad/s.
     inlier_share : float
-        Part of the intervals that were used; the others are faults of the tracking.
+        Fraction of intervals that were used; the others are tracking faults.
     """
 
     body_to_sensor: Rotation
@@ -53,7 +53,7 @@ class _MeanRates:
     """Mean angular velocities over the reference's intervals, from both systems.
 
     A reference gives the rotation over an interval, so the gyroscope is averaged over the same
-    interval (by the antiderivative of its spline) rather than sampled in its middle.
+    interval (by the antiderivative of its spline) rather than sampled at its middle.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class _MeanRates:
         imu_time, gyroscope = imu_time[valid], gyroscope[valid]
         self._first, self._last = imu_time[[0, -1]]
         self._integral = CubicSpline(imu_time, gyroscope).antiderivative()
-        # what the spline makes up between two samples far apart must not be compared
+        # values of the spline between two distant samples must not be compared
         apart = np.flatnonzero(np.diff(imu_time) > _GAP_FACTOR * np.median(np.diff(imu_time)))
         self._gap_begin_s, self._gap_end_s = imu_time[apart], imu_time[apart + 1]
         time = np.asarray(reference_time_s, dtype=float)
@@ -93,7 +93,7 @@ class _MeanRates:
         self._reference = turn.as_rotvec() / (self._end_s - self._begin_s)[:, None]
 
     def at(self, lag_s: float) -> tuple[FloatArray, FloatArray]:
-        """Return sensor and reference rates, (K, 3) each, were the sensor's clock late by lag."""
+        """Return sensor and reference rates, (K, 3) each, for a sensor clock late by `lag_s`."""
         begin, end = self._begin_s + lag_s, self._end_s + lag_s
         both = (begin >= self._first) & (end <= self._last)
         gaps_begun = np.searchsorted(self._gap_begin_s, end, side="left")
@@ -104,7 +104,7 @@ class _MeanRates:
 
     def speed_correlation(self, lag_s: float) -> float:
         sensor, reference = (np.linalg.norm(rate, axis=1) for rate in self.at(lag_s))
-        # a reference that jumps (markers taken for one another) has speeds that are no motion
+        # a reference with jumps (swapped markers) has speeds that are not motion
         possible = reference <= _JUMP_FACTOR * sensor.max(initial=0.0)
         sensor, reference = sensor[possible], reference[possible]
         if sensor.size < _MIN_INTERVALS or sensor.std() == 0.0 or reference.std() == 0.0:
@@ -121,7 +121,7 @@ def estimate_clock_offset(
     max_offset_s: float = 0.5,
     interval_s: float = 1.0 / 60.0,
 ) -> tuple[float, float]:
-    """Estimate by how much the inertial clock lags behind the reference's.
+    """Estimate the lag of the inertial clock behind that of the reference.
 
     Parameters
     ----------
@@ -141,21 +141,21 @@ def estimate_clock_offset(
     Returns
     -------
     offset_s : float
-        What happens at reference time t is found at inertial time ``t + offset_s``; resolved
-        below one sample.
+        An event at reference time t is at inertial time ``t + offset_s``; resolved below one
+        sample.
     correlation : float
         Pearson correlation of the two angular speeds at that offset.
 
     Raises
     ------
     RecordingError
-        If either is too short, or the best correlation is below 0.5 or lies at the end of the
-        range: then the two did not see the same motion.
+        If either is too short, or the best correlation is below 0.5 or at the end of the range: the
+        two did not measure the same motion.
 
     Notes
     -----
     The correlation is computed at each lag from the samples that both systems have, so gaps and
-    differing rates need no repair; it is scanned in steps of 5 ms and its peak refined.
+    different rates need no special treatment; it is scanned in steps of 5 ms and its peak refined.
     """
     rates = _MeanRates(imu_time_s, gyroscope_rad_s, reference_time_s, quaternion_wxyz, interval_s)
     step = 0.005
@@ -206,7 +206,7 @@ def estimate_misalignment(
     Returns
     -------
     Misalignment
-        Rotation, left-over rate offset, residual.
+        Rotation, rate offset, residual.
 
     Raises
     ------
@@ -217,7 +217,7 @@ def estimate_misalignment(
     -----
     Kabsch's least-squares rotation between centred angular velocities (the centring is the exact
     solution for a constant gyroscope bias), once over all intervals and once more without those
-    that lie beyond five times the median residual: tracking faults that last a frame.
+    beyond five times the median residual: tracking faults of single frames.
     """
     sensor, body = _MeanRates(
         imu_time_s, gyroscope_rad_s, reference_time_s, quaternion_wxyz, interval_s
@@ -268,7 +268,7 @@ def estimate_heading_misalignment(
     Returns
     -------
     float
-        Angle in rad by which reference vectors must be turned about z to become sensor vectors.
+        Angle in rad of the rotation about z from reference vectors to sensor vectors.
 
     Raises
     ------

@@ -1,9 +1,10 @@
-"""Do gyroscope and accelerometer tell of the same rotation?
+"""Consistency of the rotations measured by gyroscope and accelerometer.
 
-Specific force that only turns obeys df/dt = -w x f in the sensor frame. A person accelerates as
-well, so the relation holds loosely in walking: at 1.5 Hz and below the slope of df/dt on -w x f is
-0.35 to 0.9 on ten recorded thighs and shanks. That is enough to tell a unit (a factor of 57) or a
-mirrored frame; where the relation holds closely, each axis and the scale are checked as well.
+Under pure rotation the specific force obeys df/dt = -w x f in the sensor frame. In walking there is
+acceleration as well, so the relation holds only approximately: below 1.5 Hz the slope of df/dt on
+-w x f is 0.35 to 0.9 on ten recorded thighs and shanks. That is enough to detect a wrong unit (a
+factor of 57) or a mirrored frame; where the relation holds closely, each axis and the scale are
+checked as well.
 """
 
 from dataclasses import dataclass
@@ -18,10 +19,10 @@ from narx.types import BoolArray, FloatArray
 _LOW_PASS_HZ = 1.5
 _MOVING_RAD_S = 0.35
 _MIN_MOVING_S = 3.0
-# slopes of unit errors lie beyond these, those of recorded walks far within
+# slopes of unit errors are beyond these, those of recorded walks far inside
 _SLOPES = (0.08, 5.0)
 _MIN_CORRELATION = 0.25
-# the relation holds closely: the scale must fit and no axis be reversed
+# the relation holds closely: check the scale and the sign of each axis
 _CLOSE_R2 = 0.8
 _SCALES = (0.7, 1.4)
 _REVERSED, _REVERSED_T = -0.3, -8.0
@@ -34,17 +35,17 @@ class Fit:
     Parameters
     ----------
     slope, correlation : float
-        Of all axes together.
+        For all axes together.
     axes : ndarray, shape (3,)
         Slope of each gyroscope axis, fitted together.
     t : ndarray, shape (3,)
-        These over their standard errors, with the filter's degrees of freedom.
+        The slopes over their standard errors, with the filter's degrees of freedom.
     r2 : float
         Share of the variance that the three slopes explain.
     order : str
-        Order of the gyroscope's axes that explains most: ``xyz`` unless some are exchanged.
+        Order of the gyroscope's axes that explains most: ``xyz`` unless some are swapped.
     r2_of_order : float
-        Share that it explains.
+        Share explained in this order.
     """
 
     slope: float
@@ -59,7 +60,7 @@ class Fit:
 def fit_rotation(
     gyroscope_rad_s: FloatArray, accelerometer_m_s2: FloatArray, sampling_rate_hz: float
 ) -> Fit | None:
-    """Hold the gyroscope against what the accelerometer shows of rotation.
+    """Compare the gyroscope with the rotation that the accelerometer shows.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ def fit_rotation(
     slow_force = sosfiltfilt(low_pass, force, axis=0)
     slow_rate = sosfiltfilt(low_pass, rate, axis=0)
     change = np.gradient(slow_force, axis=0) * sampling_rate_hz
-    # movement by either sensor: the gyroscope's own unit is in question
+    # movement according to either sensor: the gyroscope's unit may be wrong
     turning = np.sqrt((slow_rate**2).sum(axis=1))
     shaking = np.sqrt((change**2).sum(axis=1)) / max(
         1e-9, float(np.median(np.linalg.norm(force, axis=1)))
@@ -127,7 +128,7 @@ def _explained_by(rate: FloatArray, force: FloatArray, moving: BoolArray) -> Flo
 
 
 def contradiction(fit: Fit) -> str | None:
-    """Say what of a gyroscope contradicts its accelerometer.
+    """Describe how a gyroscope contradicts its accelerometer.
 
     Parameters
     ----------
@@ -137,7 +138,7 @@ def contradiction(fit: Fit) -> str | None:
     Returns
     -------
     str or None
-        What is wrong and what it looks like; None where nothing is.
+        The contradiction and its likely cause; None if there is none.
     """
     if fit.r2_of_order > _CLOSE_R2 and fit.r2 < 0.5 * fit.r2_of_order:
         return (

@@ -1,6 +1,6 @@
-"""Samples that a sensor, a radio link or a logger made up: found, taken out, and reported.
+"""Artefacts of a sensor, a radio link or a logger: detected, removed and reported.
 
-Each detector looks at one kind of fault. What it finds is missing from then on (NaN); clipping is
+Each detector handles one kind of fault. The samples that it finds become missing (NaN); clipping is
 only reported, since the samples around it are real.
 """
 
@@ -13,16 +13,16 @@ from narx.types import BoolArray, FloatArray
 
 # the widest range of a gyroscope is 4000 deg/s
 IMPOSSIBLE_RAD_S = np.radians(4500.0)
-# a sensor that turns faster than this does not give one and the same value twice
+# a sensor that turns faster than this does not output the same value twice
 _MOVING_RAD_S = np.radians(12.0)
 _HELD_ROWS, _HELD_S = 3, 0.03
 # values repeated as often as this come from a slower sensor than the file's clock
 _SLOWER_SHARE = 0.3
 _STUCK_S = 0.25
 _STUCK_OTHERS_RAD_S = np.radians(15.0)
-# nothing comes to rest from here within a sample
+# no movement faster than this stops within one sample
 _JUMP_RAD_S = np.radians(20.0)
-# a spike turns the integral by more than this at once, and stands out from all other samples
+# a spike changes the integral by more than this at once, and stands out from all other samples
 _SPIKE_RAD = np.radians(2.0)
 _SPIKE_RATIO = 8.0
 _CLIPPED_SHARE = 0.002
@@ -34,7 +34,7 @@ Detector = Callable[[FloatArray, FloatArray], tuple[BoolArray, str]]
 def without_faults(
     time_s: FloatArray, gyroscope_rad_s: FloatArray
 ) -> tuple[FloatArray, tuple[str, ...]]:
-    """Take out of a gyroscope's recording what it did not measure.
+    """Remove artefacts from a gyroscope's recording.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def without_faults(
         NaN instead of rates beyond any sensor, zeros amid movement, values held or stuck, and
         single spikes.
     notes : tuple of str
-        How many of each and where the first is; and what share was cut off by the range.
+        Number of each and time of the first; and the share clipped by the range.
     """
     rate = gyroscope_rad_s
     notes = []
@@ -68,7 +68,7 @@ def without_faults(
 
 
 def repeated_share(gyroscope_rad_s: FloatArray) -> float:
-    """Tell what share of the samples in movement repeats the one before.
+    """Return the share of samples in movement that repeat the previous one.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def repeats_of_a_slower_sensor(gyroscope_rad_s: FloatArray) -> BoolArray | None:
     Returns
     -------
     ndarray of bool, shape (N,), or None
-        Rows that repeat their predecessor; None unless such rows are usual in movement, and in
-        short runs.
+        Rows that repeat the previous row; None unless such rows are frequent in movement, in short
+        runs.
     """
     repeats = _repeats(gyroscope_rad_s)
     if repeated_share(gyroscope_rad_s) < _SLOWER_SHARE:
@@ -163,7 +163,7 @@ def _spikes(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
     off[~np.isfinite(rate).all(axis=1)] = 0.0
     limit = max(_SPIKE_RAD / interval, _SPIKE_RATIO * float(np.quantile(off, 0.99)))
     padded = np.pad(known, ((2, 2), (0, 0)), mode="edge")
-    # a spike leaves the samples about it alone, an impact does not
+    # a spike does not affect the neighbouring samples, an impact does
     across = np.linalg.norm(padded[4:] - padded[:-4], axis=1)
     return (off > limit) & (across < 0.25 * off), what
 
@@ -188,14 +188,14 @@ def _clipping(rate: FloatArray) -> list[str]:
     if not levels:
         return []
     return [
-        f"{100 * clipped.mean():.0f} % of the rows sit at one and the same extreme "
+        f"{100 * clipped.mean():.0f} % of the rows are at the same extreme value "
         f"({', '.join(levels)} rad/s): the gyroscope's range is too small, and the angles lack "
         "what was cut off"
     ]
 
 
 def _flat(one: FloatArray, runs: list[tuple[int, int]], level: float) -> bool:
-    """Tell a cut-off peak from a rounded one: the signal runs into it at full slope."""
+    """Return whether a peak is clipped, not rounded: the signal reaches it at full slope."""
     steps = np.abs(np.diff(one[np.isfinite(one)]))
     quantum = steps[steps > 0].min() if (steps > 0).any() else 0.0
     into = [abs(one[start - 1] - level) for start, _ in runs if start > 0]
@@ -203,7 +203,7 @@ def _flat(one: FloatArray, runs: list[tuple[int, int]], level: float) -> bool:
 
 
 def _moving(rate: FloatArray) -> BoolArray:
-    # the bias of no gyroscope of today comes near it
+    # far above the bias of any current gyroscope
     return np.asarray(np.linalg.norm(rate, axis=1) > _MOVING_RAD_S)
 
 

@@ -1,4 +1,4 @@
-"""Files that can be read without a surprise."""
+"""Checks before reading an input file."""
 
 import os
 import stat
@@ -6,18 +6,18 @@ from pathlib import Path
 
 from narx.errors import RecordingError, UserError
 
-# what a single file may ask for; the variable raises it
+# size limit of a single file; the environment variable raises it
 LIMIT_VARIABLE = "NARX_MAX_FILE_MIB"
 _LIMIT_MIB = 4096.0
 
 
 def regular_file(path: str | os.PathLike[str]) -> Path:
-    """Refuse what cannot be read as a file, before anything waits for it or fills the memory.
+    """Refuse what cannot be read as a file, before it blocks or fills the memory.
 
     Parameters
     ----------
     path : path-like
-        What is to be read.
+        File to read.
 
     Returns
     -------
@@ -27,8 +27,8 @@ def regular_file(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     RecordingError
-        If there is nothing, or a folder, a pipe, a device, a loop of links, or more than
-        ``NARX_MAX_FILE_MIB`` (default 4096) MiB.
+        If the path does not exist, or is a folder, a pipe, a device, a loop of links, or has more
+        than ``NARX_MAX_FILE_MIB`` (default 4096) MiB.
     """
     file = Path(path)
     try:
@@ -58,7 +58,7 @@ def _kind(mode: int) -> str:
 
 
 def limit_mib() -> float:
-    """Tell how much a single file may ask for.
+    """Return the size limit of a single file.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Two sensors on one time axis: the accelerometer brought to the gyroscope's samples."""
+"""Two sensors on one time axis: the accelerometer resampled at the gyroscope's samples."""
 
 from dataclasses import replace
 
@@ -8,26 +8,26 @@ from narx.recordings.resampling import contiguous_pieces
 from narx.recordings.trial import ImuRecording
 from narx.types import BoolArray, FloatArray
 
-# a sensor that is missing in more rows than this samples at another rate, or on rows of its own
+# a sensor missing in more than this share of rows has another rate, or rows of its own
 _OTHER_RATE = 0.2
 _MIN_SAMPLES = 10
-# intervals of the accelerometer across which it is interpolated
+# largest gap to interpolate across, in intervals of the accelerometer
 _MAX_INTERVALS = 2.5
 
 
 def at_gyroscope_times(recording: ImuRecording) -> ImuRecording:
-    """Give gyroscope and accelerometer the same samples, where a file has them in turn.
+    """Resample the accelerometer at the gyroscope's samples, if the two are in separate rows.
 
     Parameters
     ----------
     recording : ImuRecording
-        Whose rows hold one sensor, the other, or both.
+        Its rows contain one sensor, the other, or both.
 
     Returns
     -------
     ImuRecording
-        The recording itself where both sample together; else the gyroscope's rows, and the
-        accelerometer interpolated linearly to them, with a note.
+        The recording itself if both are sampled together; else the gyroscope's rows, with the
+        accelerometer interpolated linearly, and a note.
     """
     turning: BoolArray = np.asarray(np.isfinite(recording.gyroscope_rad_s).any(axis=1))
     pulled: BoolArray = np.asarray(np.isfinite(recording.accelerometer_m_s2).any(axis=1))
@@ -57,7 +57,7 @@ def at_gyroscope_times(recording: ImuRecording) -> ImuRecording:
 def union_of_rows(
     recording: ImuRecording, time_s: FloatArray, accelerometer_m_s2: FloatArray
 ) -> ImuRecording:
-    """Add the samples of an accelerometer that has a clock of its own.
+    """Add the samples of an accelerometer that has different sampling times.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def union_of_rows(
     Returns
     -------
     ImuRecording
-        A row for every time of either; the sensor without a sample there is NaN.
+        One row for every time of either; a sensor without a sample at that time is NaN.
     """
     time = np.union1d(recording.time_s, time_s)
     gyroscope, force = np.full((2, len(time), 3), np.nan)

@@ -1,4 +1,4 @@
-"""The door: what cannot be the motion of a leg is refused in one line, or taken out and noted."""
+"""Plausibility checks: what cannot be leg motion is refused in one line, or removed and noted."""
 
 from dataclasses import replace
 
@@ -16,24 +16,24 @@ from narx.recordings.stamps import sampling_times
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
 from narx.types import FloatArray
 
-# more samples than this beyond a gyroscope's range are its unit, fewer are faults
+# more samples than this beyond a gyroscope's range mean a wrong unit, fewer are faults
 _IMPOSSIBLE_SHARE = 0.005
-# no leg swings about its own mean of two seconds as far as this
+# no leg swings this far from its running mean over two seconds
 _MAX_SWING_RAD = np.radians(180.0)
 _SWING_WINDOW_S = 2.0
-# who walks turns a sensor faster than this
+# walking turns a sensor faster than this
 _SLOW_RAD_S = np.radians(6.0)
 _STRIDES_HZ = (0.4, 3.0)
 _STRIDES_SHARE = 0.5
-# a person has been measured at 50 g on the shank, no accelerometer reaches this
+# 50 g have been measured on a shank; no accelerometer reaches this
 _IMPOSSIBLE_M_S2 = 1000.0 * GRAVITY_M_S2
-# a clock may have so many more ticks than there are samples
+# largest ratio of ticks of the clock to samples
 _MAX_TICKS_PER_SAMPLE = 20
 _MAX_TICKS = 5_000_000
 
 
 def admit(recording: ImuRecording, where: str) -> ImuRecording:
-    """Check a recording, and take out what no sensor measured.
+    """Check a recording, and remove artefacts.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
     Returns
     -------
     ImuRecording
-        Sampling times instead of stamps, faults as NaN, and notes on all that was done.
+        Sampling times instead of time stamps, faults as NaN, and notes on all changes.
 
     Raises
     ------
     RecordingError
-        If rate, clock, or the gyroscope's unit cannot be right; one line.
+        If rate, clock, or the gyroscope's unit cannot be right; the message is one line.
     """
     if recording.n_samples < 2:
         raise RecordingError(f"{where}: {recording.n_samples} samples, expected at least 2")
@@ -82,7 +82,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
 
 
 def check_gravity(accelerometer_m_s2: FloatArray, where: str) -> None:
-    """Refuse an accelerometer that does not feel gravity, with what it may be instead.
+    """Refuse an accelerometer that does not measure gravity, with the likely cause.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def _check_range(rate: FloatArray, where: str) -> None:
 
 
 def _check_unit(time: FloatArray, rate: FloatArray, where: str) -> None:
-    """Refuse swings that no leg does, and strides of a fraction of a degree."""
+    """Refuse swings beyond those of any leg, and strides of a fraction of a degree."""
     interval = float(np.median(np.diff(time)))
     if not np.isfinite(rate).all(axis=1).any():
         return
@@ -174,7 +174,7 @@ def _check_unit(time: FloatArray, rate: FloatArray, where: str) -> None:
 
 
 def _strides(rate: FloatArray, interval_s: float) -> bool:
-    """Tell whether most of the power lies in one narrow band of stride frequencies."""
+    """Return whether most of the power lies in one narrow band of stride frequencies."""
     segment = min(len(rate), round(10.0 / interval_s))
     frequency, power = welch(rate, 1.0 / interval_s, nperseg=segment, axis=0)
     total = power.sum(axis=1)

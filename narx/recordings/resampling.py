@@ -1,4 +1,4 @@
-"""Irregular time stamps onto a uniform clock, without inventing data across gaps."""
+"""Resampling from irregular time stamps to a uniform clock, without interpolating across gaps."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,27 +9,27 @@ from scipy.spatial.transform import Rotation, Slerp
 from narx.errors import RecordingError
 from narx.types import FloatArray
 
-# pass band as a part of the new Nyquist frequency, and attenuation beyond it
+# pass band as a fraction of the new Nyquist frequency, and attenuation beyond it
 _PASS_BAND = 0.8
 _STOP_BAND_DB = 60.0
-# a day at 500 Hz; a gap of months must not fill the memory
+# a day at 500 Hz, so that a gap of months does not fill the memory
 MAX_CLOCK_SAMPLES = 5e7
 
 
 def uniform_clock(start_s: float, stop_s: float, sampling_rate_hz: float) -> FloatArray:
-    """Make the uniform clock that fits between two times.
+    """Return the uniform clock between two times.
 
     Parameters
     ----------
     start_s, stop_s : float
-        First and last time that may occur, s.
+        First and last time allowed, s.
     sampling_rate_hz : float
         Samples per second.
 
     Returns
     -------
     ndarray, shape (N,)
-        Multiples of the sampling interval, so that sensors resampled one by one share them.
+        Multiples of the sampling interval, so that sensors resampled separately share them.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def contiguous_pieces(
     time_s : array_like, shape (N,)
         Increasing sampling times, s.
     valid : array_like of bool, shape (N,)
-        Which samples hold a value.
+        Samples that have a value.
     max_gap_s : float
         Valid samples no further apart than this belong to one piece.
 
@@ -102,10 +102,10 @@ def resample_vectors(
     Notes
     -----
     Each gapless piece is interpolated onto the new clock's k-th subdivision, the smallest that
-    is at least as fine as the original; where k > 1, a zero-phase Kaiser low-pass (pass band 0.8
+    is at least as fine as the original; if k > 1, a zero-phase Kaiser low-pass (pass band 0.8
     of the new Nyquist frequency, 60 dB at it) is applied before every k-th sample is
-    kept. At a piece's ends the signal is continued by odd reflection, which keeps level and
-    slope. A pass to the same or a higher rate interpolates only.
+    kept. At a piece's ends the signal is continued by odd reflection, which keeps level and slope.
+    Resampling to the same or a higher rate only interpolates.
     """
     time = np.asarray(time_s, dtype=float)
     data = np.asarray(values, dtype=float)
@@ -120,7 +120,7 @@ def resample_vectors(
         )
         if begin == end:
             continue
-        # relative to the first sample: large time stamps would cost the spline its precision
+        # relative to the first sample: large time stamps would reduce the precision of the spline
         origin = time[piece[0]]
         spline = make_interp_spline(time[piece] - origin, data[piece], k=3 if piece.size > 3 else 1)
         native = float(np.median(np.diff(time[piece])))

@@ -1,4 +1,4 @@
-"""The rest with which a recording begins."""
+"""The rest at the start of a recording."""
 
 from collections.abc import Sequence
 
@@ -7,12 +7,12 @@ from scipy.ndimage import uniform_filter1d
 
 from narx.types import FloatArray
 
-# standing sway and sensor noise stay below, movement does not (Han et al., gamma of eq. (3))
+# above standing sway and sensor noise, below movement (Han et al., gamma of eq. (3))
 REST_RAD_S = np.radians(10.0)
 
 
 def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float) -> float:
-    """Find how long sensors are at rest at the start of a recording.
+    """Find the duration of rest at the start of a recording.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float
     -------
     float
         Time until a tenth of a second before the first sample in which any sensor turns by more
-        than 10 deg/s (averaged over a tenth of a second) beside its median over the first half
+        than 10 deg/s (averaged over a tenth of a second) relative to its median over the first half
         second; 0 without a rest.
     """
     first = max(1, round(0.5 * sampling_rate_hz))
@@ -35,7 +35,7 @@ def first_rest_s(gyroscopes_rad_s: Sequence[FloatArray], sampling_rate_hz: float
         if not np.isfinite(rate[:first]).all(axis=1).any():
             return 0.0
         deviation = rate - np.nanmedian(rate[:first], axis=0)
-        # what is missing at rest does not end the rest
+        # missing samples do not end the rest
         smooth = uniform_filter1d(np.nan_to_num(deviation), margin, axis=0, mode="nearest")
         speed = np.linalg.norm(smooth, axis=1)
         moving = np.flatnonzero(speed > REST_RAD_S)

@@ -1,8 +1,8 @@
-"""From the time stamps of a file to sampling times.
+"""Conversion of a file's time stamps to sampling times.
 
-A stamp is often not the time at which a sample was taken, but that at which its packet arrived, or
-that time rounded. Where the samples follow one another regularly and the stamps do not, a line
-through the stamps is the better clock; the signal itself decides, as it is smooth on one of them.
+A stamp is often not the sampling time, but the arrival time of the packet, or a rounded time. If
+the samples are regular and the stamps are not, a line through the stamps is the better clock; the
+signal itself decides, as it is smooth on one of the two.
 """
 
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from scipy.ndimage import uniform_filter1d
 from narx.errors import RecordingError, UserError
 from narx.types import FloatArray, IntArray
 
-# slower than this no stride is seen, faster than this no inertial sensor samples
+# a lower rate does not resolve a stride, no inertial sensor has a higher one
 MIN_RATE_HZ, MAX_RATE_HZ = 5.0, 20_000.0
 # intervals this near to multiples of the median are a regular clock, with or without lost samples
 _REGULAR = 0.1
 _REGULAR_SHARE = 0.98
-# of a regular clock less than half of the samples are lost, but for pauses
+# a regular clock loses less than half of its samples, apart from pauses
 _MOSTLY_THERE, _PAUSE_S = 2.0, 0.5
-# rows with the stamp of the row before, as a share of all, that are a logger's slip
+# largest share of rows with the stamp of the previous row that is a logger fault
 _RARE = 0.05
-# fewer samples do not show whether a line fits
+# fewer samples are too few to judge the fit of a line
 _MIN_SAMPLES = 20
-# the signal must be clearly smoother on the line, and the line leave no structure
+# the signal must be clearly smoother on the line, and the residuals without structure
 _SMOOTHER = 0.7
 _STRUCTURE_S = 0.02
 _UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
@@ -32,7 +32,7 @@ _UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
 
 @dataclass(frozen=True)
 class SamplingTimes:
-    """Sampling times that increase, and the rows that they belong to.
+    """Increasing sampling times, and the corresponding rows.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class SamplingTimes:
     rows : ndarray of int, shape (n,)
         Row of the file of each, from 0.
     notes : tuple of str
-        What was done, for people.
+        Processing applied, as text.
     """
 
     time_s: FloatArray
@@ -50,14 +50,14 @@ class SamplingTimes:
 
 
 def checked_rate_hz(value: object, what: str) -> float:
-    """Refuse a sampling rate that no inertial sensor on a person has.
+    """Refuse an implausible sampling rate of an inertial sensor on a person.
 
     Parameters
     ----------
     value : object
         Samples per second.
     what : str
-        Where it comes from, for messages.
+        Source of the value, for messages.
 
     Returns
     -------
@@ -67,7 +67,8 @@ def checked_rate_hz(value: object, what: str) -> float:
     Raises
     ------
     UserError
-        If it is no number between 5 and 20000; an interval in its place is pointed out.
+        If it is not a number between 5 and 20000; the message suggests an interval where it looks
+        like one.
     """
     try:
         rate = float(value)  # type: ignore[arg-type]
@@ -91,15 +92,15 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     time_s : ndarray, shape (N,)
         Stamps as in the file, s.
     values : ndarray, shape (N, K)
-        What was sampled; NaN where missing.
+        Samples; NaN where missing.
     where : str
         Name of the recording, for messages.
 
     Returns
     -------
     SamplingTimes
-        The stamps themselves, where they are regular or the signal is smooth on them; else put
-        in order, or a regular clock.
+        The stamps themselves, if they are regular or the signal is smooth on them; else sorted
+        stamps, or a regular clock.
 
     Raises
     ------
@@ -109,10 +110,10 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
 
     Notes
     -----
-    Rows that repeat their predecessor in full are left out. Packets are put such that the fastest
-    one arrived without delay; stamps in steps are taken as cut off; others get the line of least
-    squares. The choice between stamps and line is by the error of cubic interpolation of each
-    sample from its four neighbours.
+    Complete duplicates of the previous row are left out. Packet times are set so that the fastest
+    packet has no delay; stamps in steps are treated as truncated; others get a least-squares line.
+    The choice between stamps and line is by the error of cubic interpolation of each sample from
+    its four neighbours.
     """
     missing = np.flatnonzero(~np.isfinite(time_s))
     if missing.size:
@@ -124,7 +125,7 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     repeated = np.zeros(len(rows), dtype=bool)
     same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
     at_once = np.diff(time_s) == 0
-    # where stamps are shared by whole packets, a sensor at rest repeats itself as well
+    # if whole packets share a stamp, a sensor at rest also repeats its values
     if at_once.mean() < _RARE:
         repeated[1:] = at_once & same.all(axis=1)
     if repeated.any():
@@ -188,7 +189,7 @@ def _is_regular(time: FloatArray) -> bool:
     if not (steps > 0).all() or interval <= 0:
         return False
     multiples = steps / interval
-    # packets: samples at a short interval, and then a long one every time
+    # packets: samples at a short interval, each followed by a long interval
     if np.mean(steps[steps < _PAUSE_S]) > _MOSTLY_THERE * interval:
         return False
     near = np.abs(multiples - np.maximum(1.0, np.round(multiples))) < _REGULAR
@@ -196,7 +197,7 @@ def _is_regular(time: FloatArray) -> bool:
 
 
 def _line(time: FloatArray) -> tuple[FloatArray | None, str]:
-    """Fit a regular clock to stamps; None where it leaves structure."""
+    """Fit a regular clock to stamps; None if the residuals have structure."""
     first = np.r_[0, np.flatnonzero(np.diff(time) > 0.5 * np.mean(np.diff(time))) + 1]
     sizes = np.diff(np.r_[first, len(time)])
     size = int(np.median(sizes))
@@ -207,7 +208,7 @@ def _line(time: FloatArray) -> tuple[FloatArray | None, str]:
     with_lost = np.arange(len(time)) + np.repeat(np.r_[0, np.cumsum(lost)], sizes)
     best: tuple[float, FloatArray, FloatArray] | None = None
     for index in (np.arange(len(time)), with_lost):
-        # the first sample of a packet carries all that the packet's stamps tell
+        # only the first sample of a packet carries timing information
         interval, start = np.polyfit(index[first], time[first] - time[0], 1)
         residual = time - time[0] - start - interval * index
         window = max(5 * size, round(1.0 / max(interval, 1e-6)))
@@ -232,7 +233,7 @@ def _line(time: FloatArray) -> tuple[FloatArray | None, str]:
 
 
 def _roughness(time: FloatArray, values: FloatArray) -> float:
-    """Error of each sample interpolated from its four neighbours, the largest per cent left out."""
+    """Error of interpolating each sample from its neighbours, the largest per cent left out."""
     neighbours = [time[k : len(time) - 4 + k] for k in (0, 1, 3, 4)]
     here = time[2:-2]
     spacing = np.diff(time)

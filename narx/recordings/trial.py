@@ -1,4 +1,4 @@
-"""What was measured: inertial recordings and trials, checked at the door.
+"""Inertial recordings and trials, validated on construction.
 
 Everything is SI and radians; a missing sample is NaN, never zero.
 """
@@ -16,7 +16,7 @@ GRAVITY_M_S2 = 9.80665
 
 
 def side_of(segment: str) -> Literal["left", "right"] | None:
-    """Tell the side of a segment from its name.
+    """Return the side of a segment from its name.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def side_of(segment: str) -> Literal["left", "right"] | None:
 
 
 def kind_of(segment: str) -> str:
-    """Tell what a segment or joint is, whichever the leg.
+    """Return the kind of a segment or joint, without its side.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class ImuRecording:
     accelerometer_m_s2 : ndarray, shape (N, 3)
         Specific force in m/s^2 (at rest it points up); NaN where missing.
     notes : tuple of str
-        What was done to it on the way in, for people.
+        Processing applied when reading, as text.
 
     Raises
     ------
@@ -134,13 +134,13 @@ class ReferenceOrientation:
         Rotation from `frame` to the global frame (z up), on the trial's clock; NaN rows where
         missing.
     frame : {"sensor", "anatomical"}
-        Whether it is the IMU's technical frame that was tracked (markers on the sensor) or the
-        segment's anatomical frame (markers on the body).
+        Whether the IMU's technical frame (markers on the sensor) or the segment's anatomical frame
+        (markers on the body) was tracked.
 
     Raises
     ------
     RecordingError
-        If the shape is wrong or a quaternion that is there is not of unit norm (within 1e-3).
+        If the shape is wrong or a valid quaternion is not of unit norm (within 1e-3).
     """
 
     segment: str
@@ -161,40 +161,39 @@ class ReferenceOrientation:
 
 @dataclass(frozen=True)
 class Trial:
-    """One recording of one person (or device) with everything that belongs to it.
+    """One recording of one person (or device) with its reference, calibration and metadata.
 
     Parameters
     ----------
     dataset, subject, condition, trial : str
-        Names, the source's own.
+        Names used by the source.
     sampling_rate_hz : float
-        Rate of the uniform clock that all of `imus` and `reference` share.
+        Rate of the uniform clock shared by `imus` and `reference`.
     imus : mapping of str to ImuRecording
         By segment name, all of the same length on the same uniform clock (gaps are NaN).
     reference : mapping of str to ReferenceOrientation
-        By segment name; empty where there is none.
+        By segment name; empty without a reference.
     calibration : mapping of str to mapping of str to ImuRecording
         Extra recordings by part (``standing``, ``hip_abduction_right``, ``knee_flexion_left``,
         ``still``: the sensor at rest anywhere, for its bias), each by segment name, each on its
         own clock.
     still_s : tuple of (float, float)
         Intervals of `imus`' clock in which the wearer stood still in the calibration posture,
-        as far as the source's protocol says so.
+        as far as the source's protocol specifies.
     straight : bool
         Whether the walk keeps one heading, so that the transverse angle has a reference.
     starts_in_calibration_posture : bool
         Whether the first sample is the calibration posture (all angles zero).
     scored : ndarray of bool, shape (N,), optional
-        Samples that the source wants scored; None means all.
+        Samples that the source marks for scoring; None means all.
     walking_s : tuple of (float, float), optional
-        Part of the recording that is the straight walk itself, where the source knows it.
+        Part of the recording that is the straight walk itself, if known.
     events : mapping of str to ndarray
         Times in s of known events (``heel_strike_right``, ``toe_off_left``, ...).
     clock_offset_s : mapping of str to float
-        Per segment, by how much the inertial clock lagged behind the optical one before it was
-        aligned.
+        Per segment, lag of the inertial clock behind the optical one before alignment.
     notes : tuple of str
-        What was done to the data on the way in (misalignment removed, resampled), for people.
+        Processing applied when reading (misalignment removed, resampled), as text.
     sources : mapping of str to str
         File name to SHA-256.
 
@@ -253,12 +252,12 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """Dataset, subject, condition and trial in one word, for messages."""
+        """Dataset, subject, condition and trial joined, for messages."""
         return f"{self.dataset}/{self.subject}/{self.condition}/{self.trial}"
 
     @property
     def time_s(self) -> FloatArray:
-        """The clock that all sensors share, s."""
+        """The common clock of all sensors, s."""
         return next(iter(self.imus.values())).time_s
 
     @property

@@ -70,7 +70,7 @@ def test_clipping_is_reported_and_left(walk, limit_deg_s):
     found, notes = without_faults(walk.time_s, rate)
     np.testing.assert_array_equal(found, rate)
     share = (np.abs(rate) == limit).any(axis=1).mean()
-    assert notes[0].startswith(f"{100 * share:.0f} % of the rows sit at one and the same extreme")
+    assert notes[0].startswith(f"{100 * share:.0f} % of the rows are at the same extreme value")
 
 
 def test_a_slower_sensor_on_a_faster_clock(walk):
