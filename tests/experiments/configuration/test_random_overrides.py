@@ -19,6 +19,8 @@ from omegaconf.errors import OmegaConfBaseException
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from narx.errors import UserError
+from narx.experiments.configuration import checked_configuration, composition_mistake
 from narx.experiments.configuration.components import schema_for
 from narx.experiments.configuration.schemas import SCHEMAS
 from narx.experiments.overrides import readable
