@@ -28,7 +28,7 @@ def _limits(errors: np.ndarray, subjects: np.ndarray) -> LimitsOfAgreement:
 def _draw(
     panel: Axes, means: np.ndarray, errors: np.ndarray, subjects: np.ndarray
 ) -> tuple[float, float]:
-    """Draw one panel; return the lowest and highest error that has to be seen."""
+    """Draw one panel; return the lowest and highest error to show."""
     panel.hexbin(
         means, errors, gridsize=(45, 30), bins="log", cmap="Greys", mincnt=1, linewidths=0.0,
         vmin=0.3,
@@ -61,26 +61,25 @@ def _draw(
 def bland_altman(
     evaluated: Iterable[Evaluated], method: str = "narx", rate_hz: float = 20.0, title: str = ""
 ) -> Figure:
-    """Draw error against mean angle, a row a plane and a column a condition.
+    """Draw error against mean angle, one row per plane and one column per condition.
 
     Parameters
     ----------
     evaluated : iterable of Evaluated
-        The same joint or segment (both legs where there are two) of any subjects and conditions.
+        The same joint or segment (both legs if present) of any subjects and conditions.
     method : str
-        Whose error.
+        Method whose error is drawn.
     rate_hz : float
-        Samples a second that are drawn: the points of millions of samples do not differ from
-        these.
+        Samples per second to draw; more would not change the plot visibly.
     title : str
-        Above everything.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
         Density of points on a logarithmic scale; bias dotted, limits of agreement dashed, both
         of repeated measures (`narx.evaluation.agreement.repeated_limits_of_agreement`) with their
-        95 % intervals shaded where there are three subjects or more.
+        95 % intervals shaded for three subjects or more.
     """
     pieces = [e.decimated(rate_hz) for e in evaluated if method in e.estimates_rad]
     conditions = condition_order(piece.condition for piece in pieces)
@@ -97,7 +96,7 @@ def bland_altman(
             valid = np.isfinite(errors)
             panel = grid[row, column]
             if valid.sum() > 2:
-                # error is reference less estimate, so their mean is reference less half of it
+                # error is reference minus estimate, so their mean is reference minus half the error
                 means = reference - errors / 2.0
                 seen.append(_draw(panel, means[valid], errors[valid], subjects[valid]))
             else:
@@ -109,7 +108,7 @@ def bland_altman(
             if row == len(AXES) - 1:
                 panel.set_xlabel("mean of reference and estimate (°)")
         if seen:
-            # the intervals of few subjects may reach far beyond
+            # the intervals of few subjects may extend far beyond
             low, high = min(pair[0] for pair in seen), max(pair[1] for pair in seen)
             grid[row, 0].set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
         grid[row, 0].set_ylabel(f"{axis_name}\nreference - estimate (°)")

@@ -1,4 +1,4 @@
-"""Is the predicted standard deviation right: observed against nominal coverage."""
+"""Calibration of the predicted standard deviation: observed against nominal coverage."""
 
 from collections.abc import Iterable
 
@@ -24,15 +24,15 @@ def calibration_figure(
         Trials of one joint or segment; methods without a predicted standard deviation are left
         out.
     rate_hz : float
-        Samples a second that are used.
+        Samples per second to use.
     title : str
-        Above everything.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Calibrated is the diagonal; below it the prediction is too sure. The 68 and 95 % bands
-        are marked and written out.
+        The diagonal is perfect calibration; below it the prediction is overconfident. The 68 and 95
+        % bands are marked and given as numbers.
     """
     trials = [trial.decimated(rate_hz) for trial in evaluated]
     levels = np.linspace(0.01, 0.99, 99)

@@ -1,4 +1,4 @@
-"""What all figures share: a look, a canvas without global state, and a way onto disk."""
+"""Common parts of all figures: style, a canvas without global state, and saving."""
 
 import functools
 import os
@@ -16,7 +16,7 @@ from narx.files import atomic_path
 
 P = ParamSpec("P")
 
-# what the axes of the package mean for a person
+# anatomical meaning of the axes
 ANGLE_NAMES = (
     "flexion (+) / extension",
     "abduction (+) / adduction",
@@ -47,7 +47,7 @@ _STYLE = {
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw with the common look, whatever the process has set elsewhere.
+    """Draw in the common style, whatever the global settings of matplotlib.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     Returns
     -------
     callable
-        The same, drawn in the common look.
+        The same, drawn in the common style.
     """
 
     @functools.wraps(draw)
@@ -71,7 +71,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 def panels(
     rows: int, columns: int, width: float = 2.6, height: float = 1.9, **options: Any
 ) -> tuple[Figure, NDArray[np.object_]]:
-    """Make a figure with a grid of axes, unknown to pyplot.
+    """Create a figure with a grid of axes, independent of pyplot.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def panels(
     Returns
     -------
     figure : matplotlib.figure.Figure
-        With a canvas for pixels, as TensorBoard wants them.
+        With a pixel canvas, as required by TensorBoard.
     axes : ndarray of matplotlib.axes.Axes, shape (rows, columns)
         The grid.
     """
@@ -100,7 +100,7 @@ def legend_below(figure: Figure, axes: Axes) -> None:
     Parameters
     ----------
     figure : matplotlib.figure.Figure
-        With room below, which constrained layout makes.
+        With constrained layout, which makes room for the legend.
     axes : matplotlib.axes.Axes
         Panel whose labelled lines are listed.
     """
@@ -127,7 +127,7 @@ def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:
     Parameters
     ----------
     panel : matplotlib.axes.Axes
-        Where.
+        Axes to change.
     which : {"x", "y"}
         Which of its scales.
     """
@@ -144,14 +144,14 @@ def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write a figure, the kind of file by its suffix.
+    """Write a figure; the suffix determines the format.
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
         Any figure.
     path : path-like
-        Such as ``figures/spectrum.png``; it appears whole or not at all.
+        Such as ``figures/spectrum.png``; written completely or not at all.
     """
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=160)

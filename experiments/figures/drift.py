@@ -1,4 +1,4 @@
-"""How errors run on: with the linear drift of Han et al. (Fig. 8), and block by block for hours."""
+"""Errors over time: with the linear drift of Han et al. (Fig. 8), and in blocks over hours."""
 
 from collections.abc import Iterable, Sequence
 
@@ -30,17 +30,17 @@ def linear_drift(
     start_s, stop_s : float
         Start A and stop B of walking.
     methods : sequence of str
-        Whose errors.
+        Methods whose errors are drawn.
     drifting : str
-        Through whose error at A and B the line goes.
+        Method whose errors at A and B define the line.
     title : str
-        Above everything.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
-        One row per axis; errors are drawn estimate minus reference as in print, the only place
-        where the sign is that way round, because the method subtracts them.
+        One row per axis; errors are estimate minus reference as in the paper, the only place with
+        this sign, because the method subtracts them.
     """
     figure, grid = panels(len(AXES), len(columns), 3.2, 1.5, sharex="col")
     for row, name in enumerate(AXES):
@@ -108,7 +108,7 @@ def error_over_time(
     block_s : float
         Length of a block, s.
     title : str
-        Above everything.
+        Title of the figure.
 
     Returns
     -------

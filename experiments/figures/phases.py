@@ -26,7 +26,7 @@ def phases(
     angle_rad : array_like, shape (N,)
         Sagittal thigh angle.
     rate_rad_s : array_like, shape (N,)
-        Sagittal gyroscope, low-passed as the events were found.
+        Sagittal gyroscope, low-pass filtered as for the detection of events.
     events_s : mapping of str to array_like
         Times of the points ``a`` to ``g``; those outside the clock are left out.
     truth_s : mapping of str to array_like, optional

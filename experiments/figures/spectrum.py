@@ -16,7 +16,7 @@ def spectrum(
     highest_hz: float = 10.0,
     title: str = "Single-sided amplitude spectrum of the gyroscope",
 ) -> Figure:
-    """Draw the spectrum and mark the components that hold most of the power.
+    """Draw the spectrum and mark the components with most of the power.
 
     Parameters
     ----------
@@ -25,17 +25,17 @@ def spectrum(
     sampling_rate_hz : float
         Sampling rate.
     power_fraction : float
-        Share of the power that the marked components hold together.
+        Share of the power in the marked components together.
     highest_hz : float
         Right end of the frequency axis.
     title : str
-        Above the panel.
+        Title of the panel.
 
     Returns
     -------
     matplotlib.figure.Figure
         Amplitude in deg/s; marked components are those that `narx.gait.spectrum.hidden_neurons`
-        counts, numbered from the strongest, each with the power held so far.
+        counts, numbered from the strongest, each with the cumulative power.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Mean and standard deviation over the gait cycle, estimate beside reference."""
+"""Mean and standard deviation over the gait cycle, estimate and reference."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from narx.experiments.method_labels import method_colour, method_label
 
 @styled
 def stride_bands(sets: Sequence[StrideSet], methods: Sequence[str], title: str = "") -> Figure:
-    """Draw the bands of all strides, a row per method and a column per angle.
+    """Draw the bands of all strides, one row per method and one column per angle.
 
     Parameters
     ----------
@@ -21,13 +21,13 @@ def stride_bands(sets: Sequence[StrideSet], methods: Sequence[str], title: str =
     methods : sequence of str
         Rows from top to bottom.
     title : str
-        Above the figure.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Line: mean over strides; band: one standard deviation to either side. Only strides that
-        have reference and estimate.
+        Line: mean over strides; band: one standard deviation to either side. Only strides with
+        reference and estimate.
     """
     figure, axes = panels(len(methods), 3, sharex=True, sharey="col")
     percent = np.linspace(0.0, 100.0, 101)

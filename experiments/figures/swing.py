@@ -18,9 +18,9 @@ def swing_figure(angles: Swing, method: str = "giof", longest_s: float = 15.0) -
     angles : Swing
         From `narx.experiments.peak_errors.swing`.
     method : str
-        Whose estimate it is.
+        Method of the estimate.
     longest_s : float
-        No more than this is drawn, from the start.
+        Longest part drawn, from the start.
 
     Returns
     -------

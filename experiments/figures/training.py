@@ -16,22 +16,22 @@ def training_figure(
     others: Sequence[Sequence[float]] = (),
     title: str = "Training",
 ) -> Figure:
-    """Draw what was recorded at each iteration, a panel a quantity, on logarithmic scales.
+    """Draw the history of a training, one panel per quantity, on logarithmic scales.
 
     Parameters
     ----------
     history : mapping of str to sequence of float
-        By quantity (``cost``, ``damping``, ``gradient``, ...), a value an iteration of the
-        training that was kept; what is not positive is not drawn, nor a panel without any.
+        By quantity (``cost``, ``damping``, ``gradient``, ...), one value per iteration of the best
+        restart; values that are not positive are not drawn, nor panels without any.
     others : sequence of sequence of float
         First quantity of the other restarts, drawn faintly.
     title : str
-        Above everything.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
-        A panel a quantity.
+        One panel per quantity.
     """
     drawn = {name: v for name, v in history.items() if np.isfinite(_positive(v)).any()}
     figure, grid = panels(1, max(len(drawn), 1), 2.5, 2.1)

@@ -1,4 +1,4 @@
-"""Angles beside their reference: Tham et al. Fig. 6, Abhayasinghe et al. Fig. 10, Han Fig. 6, 7."""
+"""Angles with their reference: Tham et al. Fig. 6, Abhayasinghe et al. Fig. 10, Han Fig. 6, 7."""
 
 from collections.abc import Sequence
 
@@ -63,24 +63,24 @@ def waveforms(
     Parameters
     ----------
     columns : sequence of (str, Evaluated)
-        Title and what to draw of it: two windows of one knee, or thigh and shank of one walk.
+        Title and angles: two windows of one knee, or thigh and shank of one walk.
     methods : sequence of str, optional
-        Which; all that the pieces have by default.
+        Which; all by default.
     axes : sequence of int
         Rows, indices into `narx.kinematics.segment_angles.AXES`.
     marks_s : sequence of float
         Times of vertical lines, such as start and stop of walking.
     title : str
-        Above everything.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Reference dashed in black, methods in their colours; what is NaN is not drawn.
+        Reference dashed in black, methods in their colours; NaN is not drawn.
     """
     if methods is None:
         methods = method_order(m for _, piece in columns for m in piece.estimates_rad)
-    # a dashed line of noise at 500 Hz would be a solid one
+    # a dashed line of noise at 500 Hz would look solid
     columns = [(name, piece.decimated(LINE_RATE_HZ)) for name, piece in columns]
     width = max(2.6, 6.4 / len(columns)) if len(columns) < 3 else 2.6
     figure, grid = panels(len(axes), len(columns), width, 1.55, sharex="col", sharey="row")
@@ -130,7 +130,7 @@ def _without_wraps(angle_deg: np.ndarray) -> np.ndarray:
 def _keep_to_reference(
     row: np.ndarray, pieces: Sequence[Evaluated], axis: int, methods: Sequence[str]
 ) -> None:
-    """Limit the height of a row so that a method that ran off does not flatten the others."""
+    """Limit the height of a row so that a diverging method does not flatten the others."""
     reference = np.rad2deg(np.concatenate([piece.reference_rad[:, axis] for piece in pieces]))
     if not np.isfinite(reference).any():
         return

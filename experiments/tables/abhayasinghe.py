@@ -1,4 +1,4 @@
-"""Tables 1 to 3 of Abhayasinghe et al. (2019) and what its section 3 states in the text."""
+"""Tables 1 to 3 of Abhayasinghe et al. (2019) and the values in the text of its section 3."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,7 @@ from narx.experiments.published import published
 from narx.experiments.tables.subjects import over_subjects
 from narx.experiments.tables.table import Table
 
-# one person's trials are repeats of each other, so people are counted with their dataset
+# a person's trials are repeats, so people are counted by name and dataset
 _PERSON = ["dataset", "subject"]
 _GROUP_ORDER = ("Males", "Females", "All")
 
@@ -23,13 +23,13 @@ def correlation_table(trials: pd.DataFrame, method: str = "giof") -> Table:
     trials : pandas.DataFrame
         From `narx.experiments.peak_errors.swing_results`.
     method : str
-        Whose correlation.
+        Method whose correlation is tabulated.
 
     Returns
     -------
     Table
-        The printed columns (subjects, trials, mean, maximum, minimum, SD over trials), a row a
-        group and ``All``, printed figures beside.
+        The printed columns (subjects, trials, mean, maximum, minimum, SD over trials), one row per
+        group and ``All``, with the printed values.
     """
     mine = trials[trials["method"] == method]
     groups = [*mine["group"].unique(), *published("abhayasinghe_table_1")["group"], "All"]
@@ -76,7 +76,7 @@ def _rms(values: pd.Series) -> float:
 
 
 def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
-    """Section 3 in one table: GIOF beside the complementary filter and the other methods.
+    """Section 3 in one table: GIOF, the complementary filter and the other methods.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
     Returns
     -------
     Table
-        Correlation and RMSE over trials, RMSE and bias of the positive and negative peaks, a row
-        a method, then the two rows of print.
+        Correlation and RMSE over trials, RMSE and bias of the positive and negative peaks, one row
+        per method, then the two printed rows.
     """
     rows = []
     for method in method_order(trials["method"]):
@@ -140,7 +140,7 @@ def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
 
 
 def operations_table(counts: Mapping[str, Mapping[str, float]]) -> Table:
-    """Operations per sample, counted, beside the counts and times of print.
+    """Operations per sample, counted, with the printed counts and times.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def operations_table(counts: Mapping[str, Mapping[str, float]]) -> Table:
     Returns
     -------
     Table
-        One row per method, one column per kind, then the rows of print.
+        One row per method, one column per kind, then the printed rows.
     """
     kinds: list[str] = []
     for by_kind in counts.values():
@@ -194,7 +194,7 @@ def operations_table(counts: Mapping[str, Mapping[str, float]]) -> Table:
 def phase_tables(
     durations: pd.DataFrame | None = None, timing: pd.DataFrame | None = None
 ) -> list[Table]:
-    """Tables 2 and 3: phases of gait in the thigh angle and the signal that tells each point.
+    """Tables 2 and 3: phases of gait in the thigh angle and the signal that detects each point.
 
     Parameters
     ----------
@@ -202,13 +202,13 @@ def phase_tables(
         Detected phases: columns ``phase`` (``b–c`` to ``f–g``, as printed) and ``share`` (of its
         stride, 0 to 1).
     timing : pandas.DataFrame, optional
-        Detected events: columns ``point`` (a to f) and ``error_s`` (detected less true time; NaN
-        where nothing true is known).
+        Detected events: columns ``point`` (a to f) and ``error_s`` (detected minus true time; NaN
+        without a true time).
 
     Returns
     -------
     list of Table
-        The printed rows, with what was measured beside; dashes where nothing was.
+        The printed rows with the measured values; dashes where there are none.
     """
     phases = []
     for row in published("abhayasinghe_table_2").to_dict("records"):
@@ -219,7 +219,7 @@ def phase_tables(
             {
                 "Point/Points": row["points"],
                 "Phase/Point of Gait Cycle": row["phase"],
-                # a point has no length
+                # a point has no duration
                 "n": len(share) if len(row["points"]) > 1 else None,
                 "share of stride (%)": share.mean(),
                 "SD (%)": share.std(ddof=1),

@@ -25,7 +25,7 @@ def comparison(
     results : pandas.DataFrame
         Columns of ``results.csv``.
     quantity : {"rmse_deg", "precision_deg", "r"}
-        What is compared.
+        Metric to compare.
     against : str
         Method that the others are tested against.
     seed : int
@@ -35,8 +35,8 @@ def comparison(
     -------
     pandas.DataFrame
         One row per segment (both sides together), axis and method: ``n`` subjects, ``n_trials``,
-        ``mean``, ``sd``, ``low``, ``high`` (95 % interval), ``difference`` to `against` (method
-        less `against`) with ``difference_low`` and ``difference_high``, ``p`` (permutation),
+        ``mean``, ``sd``, ``low``, ``high`` (95 % interval), ``difference`` from `against` (method
+        minus `against`) with ``difference_low`` and ``difference_high``, ``p`` (permutation),
         ``p_wilcoxon``, ``smallest_p``.
     """
     sided = results.assign(segment=results["segment"].map(kind_of))
@@ -78,14 +78,14 @@ def _trials(here: pd.DataFrame, method: str) -> int:
 def comparison_table(
     results: pd.DataFrame, quantity: str = "rmse_deg", against: str = "narx", seed: int = 0
 ) -> Table:
-    """Print `comparison`.
+    """Format `comparison` as a table.
 
     Parameters
     ----------
     results : pandas.DataFrame
         Columns of ``results.csv``.
     quantity : {"rmse_deg", "precision_deg", "r"}
-        What is compared.
+        Metric to compare.
     against : str
         Method that the others are tested against.
     seed : int

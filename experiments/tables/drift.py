@@ -1,4 +1,4 @@
-"""Does the error grow over a long walk."""
+"""Growth of the error over a long walk."""
 
 from collections.abc import Iterable, Sequence
 
@@ -21,7 +21,7 @@ def drift_table(
     shortest_s: float = 1200.0,
     seed: int = 0,
 ) -> Table | None:
-    """RMSE of the last minutes beside that of the first, over subjects.
+    """RMSE of the last minutes compared with the first, over subjects.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def drift_table(
     window_s : float
         Length of the first and of the last window, s.
     shortest_s : float
-        Trials that last less are left out, s.
+        Shorter trials are left out, s.
     seed : int
         Of the bootstrap.
 
@@ -77,7 +77,7 @@ def drift_table(
         .set_index(["Segment", "Axis", "Method"]),
         dict.fromkeys(("first", "last", "change", "low", "high"), 2),
         f"Trials of {shortest_s / 60.0:g} minutes or more. change: mean RMSE of blocks of 10 s, "
-        "last less first; low and high: its 95 % interval, expanded percentile bootstrap over "
+        "last minus first; low and high: its 95 % interval, expanded percentile bootstrap over "
         "subjects. grows, shrinks: single angles whose change is significant at 5 % (by chance "
         "2.5 % in each), against the scatter of all windows about a straight line.",
     )

@@ -63,8 +63,8 @@ def han_tables(results: pd.DataFrame) -> list[Table]:
     Returns
     -------
     list of Table
-        Rows and columns of print, a row of printed figures below each of this run's; conditions
-        besides normal and abnormal are further rows.
+        Rows and columns of print, a row of printed values below each of this run's; other
+        conditions than normal and abnormal are further rows.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def _of_print(results: pd.DataFrame) -> pd.DataFrame:
 
 
 def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
-    """Put the overall RMSE of every column beside the printed one.
+    """Compare the overall RMSE of every column with the printed one.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Index axis and body part; columns the methods and, of those in print, ``paper <method>``,
+        Index axis and body part; columns the methods and, where printed, ``paper <method>``,
         degrees; NaN where an axis is not scored.
 
     Raises

@@ -1,4 +1,4 @@
-"""Does a predicted standard deviation hold."""
+"""Coverage of predicted standard deviations."""
 
 from collections.abc import Iterable
 
@@ -14,7 +14,7 @@ from narx.recordings.trial import kind_of
 
 
 def coverage_table(evaluated: Iterable[Evaluated]) -> Table | None:
-    """How often the error stays within the predicted 68 and 95 % bands.
+    """Share of errors within the predicted 68 and 95 % bands.
 
     Parameters
     ----------
@@ -54,5 +54,5 @@ def coverage_table(evaluated: Iterable[Evaluated]) -> Table | None:
         "Share of errors (%) within the predicted bands",
         pd.DataFrame(rows).set_index(["Segment", "Axis", "Method"]),
         {"predicted SD (°)": 2, "factor needed": 2},
-        "Calibrated is 68, 95 and a factor of 1; a factor above 1 says the prediction is too sure.",
+        "Calibrated is 68, 95 and a factor of 1; a factor above 1 means overconfidence.",
     )

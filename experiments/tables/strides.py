@@ -1,4 +1,4 @@
-"""What a gait laboratory asks of a table: errors per stride, reliability, the cycle."""
+"""Tables for a gait laboratory: errors per stride, reliability, the gait cycle."""
 
 from collections.abc import Sequence
 
@@ -14,19 +14,19 @@ from narx.kinematics.segment_angles import AXES
 
 
 def stride_errors_table(strides: pd.DataFrame, title: str) -> Table:
-    """Sum up the errors of range of motion and peaks over strides.
+    """Summarise the errors of range of motion and peaks over strides.
 
     Parameters
     ----------
     strides : pandas.DataFrame
         From `narx.evaluation.strides.stride_table`, of joints or segments of one kind.
     title : str
-        What they are of.
+        Joint or segment, for the title.
 
     Returns
     -------
     Table
-        A row per axis and method: means over subjects of each subject's mean (and SD) over
+        One row per axis and method: means over subjects of each subject's mean (and SD) over
         strides; error = reference - estimate.
     """
     errors = strides.assign(
@@ -73,12 +73,12 @@ def reliability_table(strides: pd.DataFrame, title: str) -> Table | None:
     strides : pandas.DataFrame
         From `narx.evaluation.strides.stride_table`, of joints or segments of one kind.
     title : str
-        What they are of.
+        Joint or segment, for the title.
 
     Returns
     -------
     Table or None
-        A row per axis and method; None where there are fewer than five walks.
+        One row per axis and method; None where there are fewer than five walks.
     """
     keys = ["dataset", "subject", "condition", "trial", "segment", "axis", "method"]
     walks = strides.groupby(keys, sort=False)[["range_reference", "range_estimate"]].mean()
@@ -116,7 +116,7 @@ def reliability_table(strides: pd.DataFrame, title: str) -> Table | None:
 
 
 def cycle_table(sets: Sequence[StrideSet], methods: Sequence[str], title: str) -> Table | None:
-    """Test where in the cycle a method departs from the reference (SPM1D, paired by subject).
+    """Test where in the cycle a method differs from the reference (SPM1D, paired by subject).
 
     Parameters
     ----------
@@ -125,12 +125,12 @@ def cycle_table(sets: Sequence[StrideSet], methods: Sequence[str], title: str) -
     methods : sequence of str
         Those to test.
     title : str
-        What they are of.
+        Joint or segment, for the title.
 
     Returns
     -------
     Table or None
-        A row per axis and method; None where there are fewer than three subjects.
+        One row per axis and method; None where there are fewer than three subjects.
     """
     rows = []
     for axis, name in enumerate(AXES):

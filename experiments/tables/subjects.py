@@ -23,9 +23,9 @@ def subject_means(results: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `by`, ``subject`` (with the dataset in front where there are several), the
-        numbers of ``results.csv`` and ``n_trials``. Trials in which a method gave nothing do not
-        count.
+        Columns `by`, ``subject`` (prefixed with the dataset if there are several), the
+        numbers of ``results.csv`` and ``n_trials``. Trials without a result of a method are left
+        out.
     """
     results = results.copy()
     if results["dataset"].nunique() > 1:
@@ -46,7 +46,7 @@ def over_subjects(values: pd.Series) -> tuple[float, float]:
     Parameters
     ----------
     values : pandas.Series
-        One value per subject; NaN do not count.
+        One value per subject; NaN are left out.
 
     Returns
     -------

@@ -15,9 +15,9 @@ def shown(value: object, decimals: int) -> str:
     Parameters
     ----------
     value : object
-        Number, text, truth or nothing.
+        Number, text, boolean or None.
     decimals : int
-        Digits after the point of a number that is not whole by type.
+        Decimals of a number of floating type.
 
     Returns
     -------
@@ -47,9 +47,9 @@ class Table:
     frame : pandas.DataFrame
         Numbers or text; the index, if it has names, becomes the first columns.
     decimals : mapping of str to int
-        Digits after the point by column; one decimal where a column is not named.
+        Decimals by column; one if a column is not listed.
     note : str
-        Said below the table.
+        Text below the table.
     """
 
     title: str
@@ -141,12 +141,12 @@ class Table:
 
 
 def as_markdown(tables: Iterable[Table]) -> str:
-    """Write tables one below the other.
+    """Write several tables.
 
     Parameters
     ----------
     tables : iterable of Table
-        In the order wanted.
+        Tables in order.
 
     Returns
     -------

@@ -1,9 +1,9 @@
-"""Tables 1 to 4 of Tham et al. (2020), a run's figures beside the printed ones.
+"""Tables 1 to 4 of Tham et al. (2020), a run's values and the printed ones.
 
-How the columns are meant: a subject's value is the mean over trials and legs. *Error* is the
+Meaning of the columns: a subject's value is the mean over trials and legs. *Error* is the
 bias (its mean over subjects) and the precision (the SD of the error within a trial, mean over
-subjects); *RMSE* and *r* are mean and SD over subjects. Print is not explicit about the SD of the
-error; see ``experiments/published/README.md``.
+subjects); *RMSE* and *r* are mean and SD over subjects. The paper is not explicit about the SD of
+the error; see ``experiments/published/README.md``.
 """
 
 from collections.abc import Iterable, Mapping
@@ -44,13 +44,13 @@ def _knees(results: pd.DataFrame) -> pd.DataFrame:
 
 
 def demographics_table(subjects: Iterable[Mapping[str, object]]) -> Table:
-    """Table 1: who walked.
+    """Table 1: the subjects.
 
     Parameters
     ----------
     subjects : iterable of mapping
-        A mapping a subject with ``subject``, ``gender``, ``age_years``, ``height_m`` and
-        ``mass_kg``; what is missing is shown as a dash.
+        One mapping per subject with ``subject``, ``gender``, ``age_years``, ``height_m`` and
+        ``mass_kg``; missing values are shown as dashes.
 
     Returns
     -------
@@ -111,16 +111,16 @@ def tham_tables(
     skip_s: float,
     subjects: Iterable[Mapping[str, object]] | None = None,
 ) -> list[Table]:
-    """Tables 1 to 4 with the printed figures beside.
+    """Tables 1 to 4 with the printed values.
 
     Parameters
     ----------
     results : pandas.DataFrame
         Columns of ``results.csv``, with knees among the segments.
     skip_s : float
-        Seconds left out at the start of each trial, said below the tables.
+        Seconds left out at the start of each trial, for the notes below the tables.
     subjects : iterable of mapping, optional
-        For Table 1 (`demographics_table`); without it there is none.
+        For Table 1 (`demographics_table`); left out if not given.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def tham_tables(
     note = (
         f"Error = reference - estimate; scored from {skip_s:g} s on. Error SD is the SD within a "
         "trial (precision), RMSE SD and r SD are over the n subjects, each the mean of their legs. "
-        "A dash is an angle that the method does not observe, or a figure not in print."
+        "A dash is an angle that the method does not observe, or a value that is not printed."
     )
     tables = [] if subjects is None else [demographics_table(subjects)]
     return tables + [
@@ -146,7 +146,7 @@ def tham_tables(
 
 
 def interval_table(results: pd.DataFrame, method: str = "narx", seed: int = 0) -> Table:
-    """RMSE of a method with its bootstrap interval beside the printed mean.
+    """RMSE of a method with its bootstrap interval and the printed mean.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def interval_table(results: pd.DataFrame, method: str = "narx", seed: int = 0) -
     Returns
     -------
     Table
-        A row a plane and speed: n, RMSE with 95 % interval over subjects, the paper's RMSE,
+        One row per plane and speed: n, RMSE with 95 % interval over subjects, the paper's RMSE,
         whether the mean and whether the whole interval is below it.
     """
     knees = _knees(results)
@@ -198,7 +198,7 @@ def interval_table(results: pd.DataFrame, method: str = "narx", seed: int = 0) -
 
 
 def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
-    """Put every cell of Tables 2 to 4 beside its printed RMSE.
+    """Compare every cell of Tables 2 to 4 with its printed RMSE.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
     pandas.DataFrame
         One row per axis, condition and method that observes the axis: ``bias_deg``,
         ``precision_deg``, ``rmse_deg``, ``r``, means over subjects, and ``paper rmse_deg``, NaN
-        where there is none in print.
+        where none is printed.
 
     Raises
     ------
