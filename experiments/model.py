@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from narx.inference.narx_method import AxisScaling
 from narx.inference.start_up import StartUp
+from narx.inference.tracker import PostureTracker
 from narx.inference.washout import WASHOUT_S
 from narx.settings import PositiveSeconds
 from narx.training.design import NetworkDesign
@@ -26,9 +27,12 @@ class ModelSettings(NetworkDesign):
         As `narx.inference.NarxMethod`, s; None leaves a lasting deviation.
     objective : Objective
         What training minimises.
+    tracker : PostureTracker, optional
+        Learns posture and bias as the network runs, instead of start-up and washout.
     """
 
     axis_scaling: AxisScaling = "training"
     start_up: StartUp = field(default_factory=StartUp)
     washout_s: PositiveSeconds | None = WASHOUT_S
     objective: Objective = field(default_factory=Objective)
+    tracker: PostureTracker | None = None

@@ -168,4 +168,5 @@ def trainer(cfg: DictConfig) -> Trainer:
         model.washout_s,
         cfg.training.held_back,
         cfg.training.seed,
+        model.tracker,
     )

@@ -11,11 +11,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from narx.errors import UserError
+from narx.export.c_values import network_values, number, tracked_values
 from narx.export.recurrence import ExportedNarx
 from narx.files import atomic_path
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.washout import washout_gain
-from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
 
 Precision = Literal["double", "float"]
@@ -52,7 +52,9 @@ def sources(
         raise UserError(
             f"precision is '{precision}', expected one of {', '.join(get_args(Precision))}"
         )
-    values = _values(checkpoint, _SUFFIX[precision]) | {
+    tracked = checkpoint.tracker is not None
+    values_of, template = (tracked_values, "template_tracked") if tracked else (_values, "template")
+    values = values_of(checkpoint, _SUFFIX[precision]) | {
         "title": f"NARX orientation network at {checkpoint.model.sampling_rate_hz:g} Hz",
         "real": precision,
         "header": header_name,
@@ -61,30 +63,21 @@ def sources(
     folder = resources.files("narx.export")
     source, header = (
         Template((folder / name).read_text(encoding="utf-8")).substitute(values)
-        for name in ("template.c", "template.h")
+        for name in (f"{template}.c", f"{template}.h")
     )
     return source, header
 
 
 def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
-    def number(value: float) -> str:
-        return f"{float(value)!r}{suffix}"
-
-    def row(values: np.ndarray) -> str:
-        return ", ".join(number(value) for value in values)
-
     narx = ExportedNarx(checkpoint)
     model, start_up = checkpoint.model, checkpoint.start_up
     structure, scaled = model.structure, model.normalisation
-    weights = model.weights.detach().numpy()
-    w1 = weights[structure.w1].reshape(structure.hidden, structure.n_features)
     interval_s = 1.0 / narx.sampling_rate_hz
     # as the package adds time up, so that rounding in `float` cannot move the hand-over
     enough = math.ceil(max(start_up.duration_s, 0.0) / interval_s) + 2
     moving_s = np.cumsum([0.0] + [interval_s] * enough)
     moving_samples = int(np.argmax(moving_s >= start_up.duration_s))
     numbers = {
-        "sampling_rate_hz": narx.sampling_rate_hz,
         "interval_s": interval_s,
         "leak_rad_s": start_up.leak_rad_s,
         "settling_gain": start_up.settling_gain,
@@ -93,30 +86,22 @@ def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
         "averaging_s": start_up.averaging_s,
         "movement_time_constant_s": MOVEMENT_TIME_CONSTANT_S,
         "movement_square": MOVEMENT_RAD_S**2,
-        "pi": math.pi,
         "washout_gain": washout_gain(checkpoint.washout_s, interval_s),
-        "smallest_cos_frontal": COS_FRONTAL_MIN,
         "rate_offset": scaled.rate_offset_rad_s,
         "rate_scale": scaled.rate_scale_rad_s,
         "angle_offset": scaled.angle_offset_rad,
         "angle_scale": scaled.angle_scale_rad,
-        "b2": weights[structure.b2],
     }
     counts = {
         "moving_samples": moving_samples,
         "coupled": int(model.coupled),
-        "hidden": structure.hidden,
-        "past_inputs": structure.n_input_state,
         "output_lags": structure.output_lags,
         "n_state": structure.n_state,
     }
     return {
-        **{name: number(value) for name, value in numbers.items()},
+        **network_values(checkpoint, suffix),
+        **{name: number(value, suffix) for name, value in numbers.items()},
         **{name: str(count) for name, count in counts.items()},
-        "w1": ",\n".join(f"    {{{row(values)}}}" for values in w1),
-        "b1": row(weights[structure.b1]),
-        "w2": row(weights[structure.w2]),
-        "f": suffix,
     }
 
 

@@ -9,7 +9,7 @@ import warnings
 import torch
 
 from narx.errors import UserError
-from narx.export.recurrence import ExportedNarx, StepGraph, description
+from narx.export.module import description, exported, graph
 from narx.files import atomic_path
 from narx.inference.checkpoint import Checkpoint
 
@@ -34,8 +34,8 @@ def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     Notes
     -----
     Inputs ``axis_rates`` and ``state``, outputs ``angles`` and ``new_state``, as
-    `narx.export.recurrence.StepGraph`. The file's metadata hold
-    `narx.export.recurrence.description` under the key ``narx``, as JSON.
+    `narx.export.module.graph`. The file's metadata hold
+    `narx.export.module.description` under the key ``narx``, as JSON.
     """
     missing = [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]
     if missing:
@@ -43,15 +43,15 @@ def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
             f"format=onnx needs {' and '.join(missing)}, not installed; "
             "pip install 'narx-orientation[onnx]'"
         )
-    narx = ExportedNarx(checkpoint)
+    narx = exported(checkpoint)
     # operators of packages that are not there do not matter here
     logging.getLogger("torch.onnx._internal.exporter._registration").setLevel(logging.ERROR)
     with torch.no_grad(), warnings.catch_warnings():
         # torch's exporter uses what torch itself deprecates
         warnings.simplefilter("ignore")
         program = torch.onnx.export(
-            StepGraph(narx).eval(),
-            (torch.zeros(3, dtype=torch.float64), narx.start()),
+            graph(narx).eval(),
+            (torch.zeros(narx.n_inputs, dtype=torch.float64), narx.start()),
             input_names=["axis_rates", "state"],
             output_names=["angles", "new_state"],
             dynamo=True,

@@ -87,6 +87,7 @@ class ExportedNarx(nn.Module):
         self.cell = model.cell()
         self.coupled = model.coupled
         self.sampling_rate_hz = float(model.sampling_rate_hz)
+        self.n_inputs = 3
         self.start_up_s = float(start_up.duration_s)
         # as float64 tensors, since graph formats may round plain numbers to float32
         for name, value in (

@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 
 from narx.errors import UserError
-from narx.export.recurrence import ExportedNarx, StepGraph, description
+from narx.export.module import description, exported, graph
 from narx.files import atomic_path
 from narx.inference.checkpoint import Checkpoint
 
@@ -23,13 +23,13 @@ def exported_step(checkpoint: Checkpoint) -> torch.export.ExportedProgram:
     Returns
     -------
     torch.export.ExportedProgram
-        ``(axis_rates (3,), state) -> (angles (3,), state)`` in float64, as
-        `narx.export.recurrence.StepGraph`.
+        ``(inputs (3,) or aided (6,), state) -> (angles (3,), state)`` in float64, as
+        `narx.export.module.graph`.
     """
-    narx = ExportedNarx(checkpoint)
-    example = (torch.zeros(3, dtype=torch.float64), narx.start())
+    narx = exported(checkpoint)
+    example = (torch.zeros(narx.n_inputs, dtype=torch.float64), narx.start())
     with torch.no_grad():
-        return torch.export.export(StepGraph(narx).eval(), example)
+        return torch.export.export(graph(narx).eval(), example)
 
 
 def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
@@ -49,7 +49,7 @@ def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
 
     Notes
     -----
-    The file also holds ``narx.json`` (`narx.export.recurrence.description`): give
+    The file also holds ``narx.json`` (`narx.export.module.description`): give
     ``torch.export.load`` the argument ``extra_files={"narx.json": ""}``.
     """
     if Path(path).suffix != ".pt2":
@@ -57,6 +57,6 @@ def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
             f"output is '{path}', expected a name that ends in .pt2 for format=torch_export"
         )
     program = exported_step(checkpoint)
-    extra = {"narx.json": json.dumps(description(ExportedNarx(checkpoint)))}
+    extra = {"narx.json": json.dumps(description(exported(checkpoint)))}
     with atomic_path(path) as temporary:
         torch.export.save(program, temporary, extra_files=extra)

@@ -6,7 +6,7 @@ import warnings
 
 import torch
 
-from narx.export.recurrence import ExportedNarx
+from narx.export.module import exported
 from narx.files import atomic_path
 from narx.inference.checkpoint import Checkpoint
 
@@ -23,12 +23,12 @@ def scripted(checkpoint: Checkpoint) -> torch.jit.ScriptModule:
     -------
     torch.jit.ScriptModule
         With `start`, `step` and a call over a whole recording, as
-        `narx.export.recurrence.ExportedNarx`.
+        `narx.export.module.exported`.
     """
     with warnings.catch_warnings():
         # newer torch would rather have torch.export, which holds no loop over samples
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        return torch.jit.script(ExportedNarx(checkpoint).eval())
+        return torch.jit.script(exported(checkpoint).eval())
 
 
 def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:

@@ -7,12 +7,14 @@ from narx.inference.pretrained import pretrained
 from narx.inference.session import SessionPrediction, predict_session
 from narx.inference.start_up import StartUp
 from narx.inference.stream import Estimate, OrientationStream, Quality
+from narx.inference.tracker import PostureTracker
 
 __all__ = [
     "Checkpoint",
     "Estimate",
     "NarxMethod",
     "OrientationStream",
+    "PostureTracker",
     "Prediction",
     "Quality",
     "SessionPrediction",

@@ -14,6 +14,8 @@ from narx.inference.checkpoint_archive import digest, from_file, to_bytes
 from narx.inference.checkpoint_format import opened, sealed
 from narx.inference.narx_method import AxisScaling, NarxMethod
 from narx.inference.start_up import StartUp
+from narx.inference.tracked_method import TrackedNarxMethod
+from narx.inference.tracker import PostureTracker
 from narx.inference.washout import WASHOUT_S
 from narx.network.model import Narx
 from narx.network.structure import NarxStructure
@@ -40,6 +42,8 @@ class Checkpoint:
     washout_s : float, optional
         Time constant with which a lasting deviation from the posture is taken off, s; None
         leaves it.
+    tracker : PostureTracker, optional
+        Learns posture and bias as it goes, instead of start-up and washout; None for these.
     """
 
     model: Narx
@@ -49,6 +53,7 @@ class Checkpoint:
     start_std_rad: tuple[float, float, float] | None = None
     history: dict[str, Any] = field(default_factory=dict)
     washout_s: float | None = WASHOUT_S
+    tracker: PostureTracker | None = None
 
     def method(self, smoothing: bool = False) -> NarxMethod:
         """Return the network as an orientation method.
@@ -63,6 +68,8 @@ class Checkpoint:
         NarxMethod
             Ready to estimate.
         """
+        if self.tracker is not None:
+            return TrackedNarxMethod(self.model, self.tracker, smoothing)
         std, start_std = (
             None if std is None else np.array(std)
             for std in (self.error_std_rad, self.start_std_rad)
@@ -178,6 +185,7 @@ def _content(checkpoint: Checkpoint) -> dict[str, Any]:
         "start_std_rad": checkpoint.start_std_rad,
         "washout_s": checkpoint.washout_s,
         "history": checkpoint.history,
+        "tracker": None if checkpoint.tracker is None else asdict(checkpoint.tracker),
     }
 
 
@@ -206,6 +214,12 @@ def _from_content(content: dict[str, Any]) -> Checkpoint:
         name: content[name]
         for name in ("axis_scaling", "error_std_rad", "start_std_rad", "history", "washout_s")
     }
+    tracker = content["tracker"]
+    if tracker is not None:
+        absent = [entry.name for entry in fields(PostureTracker) if entry.name not in tracker]
+        if absent:
+            raise KeyError(absent[0])
+        rest["tracker"] = PostureTracker(**tracker)
     return Checkpoint(model, StartUp(**start_up), **rest)
 
 

@@ -11,6 +11,7 @@ format meaning
        posture averaged over the end of the start-up, without ``start_std_rad`` no deviation of
        its own there
 2      all fields required, no others; ``sha256`` over the content
+3      field ``tracker``; without it none
 ====== =========================================================================================
 """
 
@@ -19,7 +20,7 @@ from typing import Any
 
 from narx.inference.checkpoint_archive import digest
 
-FORMAT = 2
+FORMAT = 3
 
 
 def sealed(content: dict[str, Any]) -> dict[str, Any]:
@@ -62,7 +63,7 @@ def opened(content: dict[str, Any]) -> dict[str, Any]:
     if number is None and isinstance(content.get("model"), dict):
         content["model"] = dict(content["model"])
         number = content["model"].pop("format", None)
-    elif number == FORMAT:
+    elif number in (2, FORMAT):
         expected = content.pop("sha256", None)
         if digest({"format": number, **content}) != expected:
             raise ValueError("its content does not fit its checksum")
@@ -80,4 +81,11 @@ def _from_1(content: dict[str, Any]) -> dict[str, Any]:
     return {"start_std_rad": None, "washout_s": None, **content, "start_up": start_up}
 
 
-_TO_NEXT: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {1: _from_1}
+def _from_2(content: dict[str, Any]) -> dict[str, Any]:
+    return {**content, "tracker": None}
+
+
+_TO_NEXT: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {
+    1: _from_1,
+    2: _from_2,
+}

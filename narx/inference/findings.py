@@ -104,8 +104,8 @@ def start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
     if not there.any() or not method.starting(signals)[there].all():
         return []
     return [
-        f"the network takes over after {method.start_up.duration_s:g} s of movement, which this "
-        "recording does not have: all angles are the start-up's"
+        f"the network takes over {method.takes_over}, which this recording does not have: all "
+        "angles are the start-up's"
     ]
 
 

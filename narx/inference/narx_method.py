@@ -110,6 +110,11 @@ class NarxMethod(OrientationMethod):
         start = after if self.start_std_rad is None else self.start_std_rad
         return np.stack([after, np.where(np.isfinite(start), start, after)])
 
+    @property
+    def takes_over(self) -> str:
+        """When the network takes over from the start-up, for people."""
+        return f"after {self.start_up.duration_s:g} s of movement"
+
     def starting(self, signals: SegmentSignals) -> BoolArray:
         """Tell which samples belong to the start-up.
 

@@ -12,6 +12,7 @@ from narx.errors import UserError
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.narx_method import AxisScaling
 from narx.inference.start_up import StartUp
+from narx.inference.tracker import PostureTracker
 from narx.inference.washout import WASHOUT_S, washout_gain
 from narx.recordings.trial import Trial
 from narx.training.design import NetworkDesign, train_network
@@ -51,6 +52,8 @@ class Trainer:
         that, as a share of its samples in [0, 1); 0 lets the training data choose.
     seed : int or numpy.random.Generator
         Of the starts.
+    tracker : PostureTracker, optional
+        Learns posture and bias as the network runs, instead of start-up and washout.
 
     Raises
     ------
@@ -79,6 +82,7 @@ class Trainer:
     washout_s: float | None = WASHOUT_S
     held_back: float = 0.25
     seed: int | np.random.Generator = 0
+    tracker: PostureTracker | None = None
 
     def __post_init__(self) -> None:
         washout_gain(self.washout_s, 1.0)  # refuses a time that is not positive
@@ -193,11 +197,19 @@ class Trainer:
             self.axis_scaling,
             history=history,
             washout_s=self.washout_s,
+            tracker=self.tracker,
         )
 
     def _measured(
         self, network: Checkpoint, trials: Iterable[Stretch], **history: Any
     ) -> Checkpoint:
+        if network.tracker is not None:
+            scale = self.reader.std_scale(network.method(), trials)
+            return replace(
+                network,
+                tracker=replace(network.tracker, std_scale=scale),
+                history=network.history | history,
+            )
         after, start = self.reader.error_stds(network.method(), trials)
         return replace(
             network,

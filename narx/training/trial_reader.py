@@ -17,6 +17,9 @@ from narx.windows.sequences import TrainingSequence, contiguous
 
 Std = tuple[float, float, float]
 
+# half widths of the bands that hold 68 and 95 % of a normal distribution
+_NORMAL_BANDS = np.array([0.9945, 1.96])
+
 
 @dataclass(frozen=True)
 class Stretch:
@@ -176,6 +179,44 @@ class TrialReader:
             np.divide(total, count, out=np.full((2, 3), np.nan), where=count > 0)
         )
         return _as_std(np.where(np.isfinite(after), after, start)), _as_std(start)
+
+    def std_scale(self, method: NarxMethod, stretches: Iterable[Stretch]) -> Std:
+        """Measure by what factor a tracker's standard deviations are too small.
+
+        Parameters
+        ----------
+        method : NarxMethod
+            The network with its tracker.
+        stretches : iterable of Stretch
+            Trials trained on; all of each counts.
+
+        Returns
+        -------
+        tuple of three floats
+            So that 68 and 95 % of the errors lie within their bands, in the mean of both; of the
+            sagittal and frontal axis where the transverse one has no reference; 1 without any.
+        """
+        ratios: list[FloatArray] = []
+        for stretch in stretches:
+            time_s = stretch.trial.time_s
+            keep = time_s - time_s[0] >= self.skip_s
+            for segment in self._calibrated(stretch).values():
+                std = method.standard_deviation(segment.signals)
+                if segment.reference_angles_rad is None or std is None:
+                    continue
+                error = segment.reference_angles_rad - method.estimate(segment.signals)
+                ratios.append(np.abs(error / std)[keep])
+        if not ratios:
+            return 1.0, 1.0, 1.0
+        joined = np.concatenate(ratios)
+        scales = [
+            np.mean(np.quantile(axis[np.isfinite(axis)], [0.68, 0.95]) / _NORMAL_BANDS)
+            if np.isfinite(axis).any()
+            else np.nan
+            for axis in joined.T
+        ]
+        known = np.nanmean(scales) if np.isfinite(scales).any() else 1.0
+        return _as_std(np.where(np.isfinite(scales), scales, known))
 
 
 def _as_std(values_rad: FloatArray) -> Std:

@@ -1,11 +1,15 @@
 """Networks of several shapes, a recording with gaps, and what the package makes of it."""
 
+import ctypes
+import shutil
+import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
+from narx.export import c
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
@@ -85,3 +89,39 @@ def expected(checkpoint, rates):
         return checkpoint.method().estimate(signals)
 
     return {name: (start, angles(start)) for name, start in STARTS.items()}
+
+
+C_FLAGS = (
+    "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror",
+)  # fmt: skip
+
+
+@pytest.fixture
+def in_c(tmp_path):
+    """Compile a checkpoint: (checkpoint, precision, dtype) to (inputs, start) to angles."""
+    if shutil.which("gcc") is None:
+        pytest.skip("no gcc")
+
+    def compiled(checkpoint, precision, dtype):
+        c.write(checkpoint, tmp_path / "narx.c", precision)
+        library = tmp_path / "narx.so"
+        command = ["gcc", *C_FLAGS, "-O2", "-shared", "-fPIC", "narx.c", "-o", library, "-lm"]
+        subprocess.run(command, cwd=tmp_path, check=True)
+        compiled = ctypes.CDLL(str(library))
+        pointer = np.ctypeslib.ndpointer(dtype, flags="C_CONTIGUOUS")
+        compiled.narx_step.argtypes = [ctypes.c_void_p, pointer, pointer]
+        compiled.narx_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
+        compiled.narx_step.restype = compiled.narx_start.restype = None
+
+        def run(inputs, initial_angles):
+            state = ctypes.create_string_buffer(8192)
+            start = None if initial_angles is None else initial_angles.astype(dtype)
+            compiled.narx_start(state, None if start is None else start.ctypes.data)
+            angles = np.empty((len(inputs), 3), dtype)
+            for sample, row in zip(inputs.astype(dtype), angles, strict=True):
+                compiled.narx_step(state, sample, row)
+            return angles
+
+        return run
+
+    return compiled

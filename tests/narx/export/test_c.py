@@ -1,4 +1,3 @@
-import ctypes
 import shutil
 import subprocess
 
@@ -14,42 +13,15 @@ FLAGS = (
 )  # fmt: skip
 
 
-def compiled(checkpoint, folder, precision):
-    c.write(checkpoint, folder / "narx.c", precision)
-    library = folder / "narx.so"
-    subprocess.run(
-        ["gcc", *FLAGS, "-O2", "-shared", "-fPIC", "narx.c", "-o", library, "-lm"],
-        cwd=folder,
-        check=True,
-    )
-    return ctypes.CDLL(str(library))
-
-
-def run(library, rates, initial_angles, dtype):
-    pointer = np.ctypeslib.ndpointer(dtype, flags="C_CONTIGUOUS")
-    library.narx_step.argtypes = [ctypes.c_void_p, pointer, pointer]
-    library.narx_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
-    library.narx_step.restype = library.narx_start.restype = None
-    state = ctypes.create_string_buffer(4096)
-    start = None if initial_angles is None else initial_angles.astype(dtype)
-    library.narx_start(state, None if start is None else start.ctypes.data)
-    angles = np.empty(rates.shape, dtype)
-    for sample, row in zip(rates.astype(dtype), angles, strict=True):
-        library.narx_step(state, sample, row)
-    return angles
-
-
 @needs_compiler
 @pytest.mark.parametrize(
     ("precision", "dtype", "atol_rad"),
     [("double", np.float64, 1e-8), ("float", np.float32, 1e-5)],
 )
-def test_compiled_equals_the_package(
-    checkpoint, rates, expected, tmp_path, precision, dtype, atol_rad
-):
-    library = compiled(checkpoint, tmp_path, precision)
+def test_compiled_equals_the_package(checkpoint, rates, expected, in_c, precision, dtype, atol_rad):
+    step = in_c(checkpoint, precision, dtype)
     for start, angles in expected.values():
-        result = run(library, rates, start, dtype)
+        result = step(rates, start)
         np.testing.assert_allclose(result, angles, atol=atol_rad, rtol=0)
 
 

@@ -83,9 +83,9 @@ def test_it_holds_plain_data_alone(path):
     content = torch.load(path, weights_only=True)
     assert set(content) == {
         "format", "model", "weights", "start_up", "axis_scaling", "error_std_rad",
-        "start_std_rad", "history", "washout_s", "sha256",
+        "start_std_rad", "history", "washout_s", "tracker", "sha256",
     }  # fmt: skip
-    assert content["format"] == 2
+    assert content["format"] == 3
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def changed_unsealed(path):
         (without("weights"), "'weights' is missing"),
         (without("washout_s"), "'washout_s' is missing"),
         (rewritten(lambda content: content["start_up"].pop("leak_rad_s")), "'leak_rad_s' is miss"),
-        (changed(format=99), "format is 99, expected 2 or an older one"),
+        (changed(format=99), "format is 99, expected 3 or an older one"),
         (changed(format=True), "format is True"),
         (changed(format=1), "field 'sha256' is unknown"),
         (changed(other=1), "field 'other' is unknown"),

@@ -1,6 +1,5 @@
 """The shipped network: sound, and what its command makes."""
 
-import numpy as np
 import pytest
 import torch
 from hydra import compose, initialize_config_dir
@@ -36,12 +35,13 @@ def test_its_command_makes_it_again(data_root, request):
     index = combined_index(sources)
     # walkers whose folders came later are not among those it was trained on
     shipped = pretrained()
-    rng = np.random.default_rng(cfg.seed)
-    (fold,) = instantiate(cfg.split)(index[index["subject"].isin(["Guillaume", "Thibaud"])], rng)
-    again = train(cfg, sources, fold, rng, lambda iteration, numbers: None)
+    kept = index["subject"].isin(["Guillaume", "Thibaud"])
+    kept &= index["condition"] == "NoDist_FrontPocket"
+    (fold,) = instantiate(cfg.split)(index[kept])
+    again = train(cfg, sources, fold, lambda iteration, numbers: None)
     # bit for bit on the machine that made it; elsewhere as far as another processor rounds
     torch.testing.assert_close(
         again.model.weights.detach(), shipped.model.weights.detach(), rtol=1e-6, atol=1e-9
     )
-    once_more = train(cfg, sources, fold, np.random.default_rng(cfg.seed), lambda i, n: None)
+    once_more = train(cfg, sources, fold, lambda iteration, numbers: None)
     assert torch.equal(again.model.weights, once_more.model.weights)

@@ -1,0 +1,173 @@
+"""A trained network that learns the posture as it goes (`narx.inference.tracker`)."""
+
+import numpy as np
+
+from narx.errors import MethodNotApplicableError
+from narx.inference.clocks import RateConversion
+from narx.inference.narx_method import NarxMethod
+from narx.inference.tracker import PostureTracker, Tracked, Tracking
+from narx.method import SegmentSignals, Step
+from narx.network.model import Narx
+from narx.recordings.resampling import contiguous_pieces
+from narx.types import BoolArray, FloatArray
+
+
+class TrackedNarxMethod(NarxMethod):
+    """Run a trained network about a posture that is tracked, with a standard deviation a sample.
+
+    Parameters
+    ----------
+    model : Narx
+        Trained network, coupled and odd.
+    tracker : PostureTracker
+        Parameters of the filter beside it.
+    smoothing : bool
+        Run backwards as well and average by the variances: smaller errors, whole recordings
+        only.
+    """
+
+    def __init__(self, model: Narx, tracker: PostureTracker, smoothing: bool = False) -> None:
+        super().__init__(model, smoothing=smoothing)
+        self.tracker = tracker
+        self.needs_accelerometer = tracker.aided  # type: ignore[misc]
+
+    def estimate(self, signals: SegmentSignals) -> FloatArray:
+        """Estimate the angles of a whole recording.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            Calibrated signals; NaN where missing. How long a gap lasts counts.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            Sagittal, frontal and transverse angle in rad; NaN at missing samples.
+        """
+        return self._follow(signals).angles_rad
+
+    def standard_deviation(self, signals: SegmentSignals) -> FloatArray:
+        """Predict the standard deviation of the error at every sample.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        ndarray, shape (N, 3)
+            rad; NaN where a sample is missing.
+        """
+        return self._follow(signals).std_rad * np.array(self.tracker.std_scale)
+
+    @property
+    def takes_over(self) -> str:
+        """When the network takes over from the integration, for people."""
+        return "after the first swing of a leg that walks"
+
+    def starting(self, signals: SegmentSignals) -> BoolArray:
+        """Tell where the rates were integrated, not carried by the network.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        ndarray of bool, shape (N,)
+            True before a leg walks and where it does not; False at missing samples.
+        """
+        followed = self._follow(signals)
+        return ~followed.by_network & np.isfinite(followed.angles_rad).all(axis=1)
+
+    def _follow(self, signals: SegmentSignals) -> Tracked:
+        rate_hz = self.model.sampling_rate_hz
+        inputs = signals.axis_rates_rad_s
+        if self.tracker.aided:
+            inputs = np.hstack([inputs, signals.specific_force_m_s2])
+        if np.isclose(signals.sampling_rate_hz, rate_hz, rtol=1e-6):
+            return self._at_network_rate_tracked(inputs, signals.initial_angles_rad)
+        return self._converted(inputs, signals)
+
+    def _converted(self, inputs: FloatArray, signals: SegmentSignals) -> Tracked:
+        n, rate_hz = len(inputs), self.model.sampling_rate_hz
+        ratio = rate_hz / signals.sampling_rate_hz
+        there = np.isfinite(inputs).all(axis=1)
+        time_s = np.arange(n) * signals.interval_s
+        pieces = contiguous_pieces(time_s, there, 1.5 * signals.interval_s)
+        conversions = [RateConversion(inputs[p], signals.sampling_rate_hz, rate_hz) for p in pieces]
+        # each piece has a clock of its own that begins with it; gaps keep their length
+        rows: list[FloatArray] = []
+        begins: list[int] = []
+        n_joined = 0
+        for piece, conversion in zip(pieces, conversions, strict=True):
+            lacking = max(round(piece[0] * ratio) - n_joined, 0)
+            begins.append(n_joined + lacking)
+            rows += [np.full((lacking, inputs.shape[1]), np.nan), conversion.network_rates_rad_s]
+            n_joined = begins[-1] + len(rows[-1])
+        joined = np.concatenate(rows) if rows else np.empty((0, inputs.shape[1]))
+        tracked = self._at_network_rate_tracked(joined, signals.initial_angles_rad)
+        angles, std = np.full((2, n, 3), np.nan)
+        by_network = np.zeros(n, dtype=bool)
+        for piece, begin, conversion in zip(pieces, begins, conversions, strict=True):
+            part = slice(begin, begin + len(conversion.network_rates_rad_s))
+            angles[piece] = conversion.to_recording(tracked.angles_rad[part])
+            nearest = np.round(np.arange(len(piece)) * ratio).astype(int)
+            nearest = np.minimum(begin + nearest, part.stop - 1)
+            std[piece], by_network[piece] = tracked.std_rad[nearest], tracked.by_network[nearest]
+        return Tracked(angles, std, by_network)
+
+    def _at_network_rate_tracked(self, inputs: FloatArray, start: FloatArray | None) -> Tracked:
+        rates = np.ascontiguousarray(inputs[:, :3])
+        force = np.ascontiguousarray(inputs[:, 3:]) if self.tracker.aided else rates
+        tracking = Tracking(self.tracker, self.model, start)
+        forward = tracking.follow(rates, force)
+        if not self.smoothing:
+            return forward
+        back = tracking.turned_round().follow(-rates[::-1], force[::-1]).reversed()
+        weight = forward.std_rad**-2 / (forward.std_rad**-2 + back.std_rad**-2)
+        return Tracked(
+            weight * forward.angles_rad + (1.0 - weight) * back.angles_rad,
+            np.minimum(forward.std_rad, back.std_rad),
+            forward.by_network | back.by_network,
+        )
+
+    def _stream(self, sampling_rate_hz: float) -> Step:
+        if not np.isclose(sampling_rate_hz, self.model.sampling_rate_hz, rtol=1e-6):
+            raise MethodNotApplicableError(
+                f"narx: this network runs sample by sample at {self.model.sampling_rate_hz:g} Hz, "
+                f"not at {sampling_rate_hz:g} Hz"
+            )
+        if self.smoothing:
+            raise MethodNotApplicableError(
+                "narx: smoothing needs the whole recording, use smoothing=false"
+            )
+        tracking = Tracking(self.tracker, self.model, None)
+
+        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
+            return tracking.follow(axis_rates[None], specific_force[None]).angles_rad[0]
+
+        return step
+
+    def stream(self, sampling_rate_hz: float) -> Step:
+        """Start the method for use sample by sample.
+
+        Parameters
+        ----------
+        sampling_rate_hz : float
+            The network's rate.
+
+        Returns
+        -------
+        callable
+            ``step(axis_rates (3,), specific_force (3,)) -> angles (3,)``, equal to `estimate` on
+            the same samples; a missing sample gives NaN, and counts as time that has passed.
+
+        Raises
+        ------
+        MethodNotApplicableError
+            If the rate is not the network's, or smoothing is asked for.
+        """
+        return self._stream(sampling_rate_hz)

@@ -1,0 +1,365 @@
+"""What the network cannot know by itself: the posture, the bias, and how sure the angle is.
+
+A gyroscope does not know where zero is. What it can know comes from the leg: a leg that walks
+comes back, so the mean angle of a swing is the posture's, and its mean rate is zero. A small
+Kalman filter (Kalman, J. Basic Eng. 82, 1960) makes use of both::
+
+    angle' = rate(gyroscope - bias, angle) + noise        carried by the network while a leg walks
+    centre' = -centre / posture_time + noise              about which the angle swings
+    bias' = noise
+    mean angle over a swing = centre + lean * mean turn rate + noise
+
+The last line is a measurement that is made once a swing, so that nothing of the swing itself is
+taken for drift. `lean` is what a body leans into a turn, frontal angle per turn rate: its speed
+over the acceleration of gravity. Where somebody turns, an error of the tilt moves from plane to
+plane and the posture does not, which tells the two apart; this is the only way in which the
+covariance couples the planes, since smaller movements would feed it more systematic errors than
+knowledge.
+
+What is no gait is told by the swing: one that does not come back, or lasts much longer or shorter
+than the one before, counts less (`return_sd_deg`, `period_share`). Two that agree on a posture
+far from what is expected open it again. Without a swing for `idle_s` nothing is pulled anywhere:
+the rates are integrated, and the standard deviation grows. At rest the mean rate is the bias.
+
+With an accelerometer (`aided`) the specific force, turned level, is integrated to a velocity,
+which for somebody who walks is bounded: forward about `speed_m_s`, sideways about zero. A wrong
+tilt lets it run away, and is corrected by that. How far
+the accelerometer is believed is learnt as two numbers, `forward_sd_m_s` and `sideways_sd_m_s`.
+"""
+
+import copy
+import math
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from narx.errors import UserError
+from narx.kernels import tracker as kernel
+from narx.network.model import Narx
+from narx.types import BoolArray, FloatArray
+
+# time constant of the turn rate: shorter than a turn, longer than the leg's own rotation
+_TURN_TIME_S = 0.5
+# slower than this (23 deg/s) is no turn
+_TURN_LEAST_RAD_S = 0.4
+# of the swing, and of how long a large one raises what the next must reach a share of
+_SWING_TIME_S, _SPAN_TIME_S, _SPAN_SHARE = 0.2, 0.6, 0.2
+# residuals beyond three standard deviations are outliers
+_OUTLIER = 9.0
+# so many good swings make an odd one speak for a new posture rather than for a wrong angle
+_EARLY_SWINGS = 5.0
+# rest: the rate, averaged over half a second, varies by less than 1.5 deg/s
+_REST_TIME_S, _REST_RAD_S = 0.5, math.radians(1.5)
+
+
+@dataclass(frozen=True)
+class PostureTracker:
+    """Parameters of the filter beside the network.
+
+    Parameters
+    ----------
+    angle_noise_deg : float
+        What an angle becomes uncertain by in a second, deg / sqrt(s).
+    rate_noise : float
+        The same as a share of the rate (scale and alignment of the gyroscope), 1 / sqrt(s).
+    start_sd_deg : float
+        Standard deviation of the angle at an unknown start.
+    known_start_sd_deg : float
+        The same where the start pose is known.
+    posture_sd_deg : float
+        Standard deviation of the posture about zero where the start is unknown.
+    posture_time_s : float
+        How long a posture lasts there, s.
+    known_posture_sd_deg : float
+        Standard deviation of the posture where the start pose is known; it then stays as learnt.
+    bias_sd_deg_s : float
+        Standard deviation of what is left of the gyroscope's bias.
+    bias_noise_deg_s : float
+        How it wanders, deg/s / sqrt(s).
+    lean_deg_s, lean_sd_deg_s : float
+        Lean into a turn, degrees per rad/s, and its standard deviation among people.
+    swing_sd_deg : tuple of three floats
+        By how much the mean angle of a swing differs from the posture, sagittal, frontal,
+        transverse.
+    return_sd_deg : float
+        Beyond this the two ends of a swing do not agree.
+    period_share : float
+        Beyond this share the duration of a swing is not that of the one before.
+    swing_least_deg : float
+        Smaller swings are none.
+    idle_s : float
+        Without a swing for longer the leg does not walk, s.
+    known_enough_deg : float
+        The network carries the angle once the posture's standard deviation is below this.
+    forward_sd_m_s, sideways_sd_m_s : float
+        Standard deviation of the velocity's mean over a second, m/s; aided only, as what follows.
+    speed_m_s : float
+        Mean velocity forward.
+    velocity_noise_m_s : float
+        What the velocity becomes uncertain by in a second, m/s / sqrt(s).
+    aided : bool
+        Whether the accelerometer is used.
+    std_scale : tuple of three floats
+        Factor on the standard deviations that are handed out, from training.
+
+    Raises
+    ------
+    UserError
+        If a value is not a positive number.
+    """
+
+    angle_noise_deg: float = 0.15
+    rate_noise: float = 0.002
+    start_sd_deg: float = 60.0
+    known_start_sd_deg: float = 1.0
+    posture_sd_deg: float = 2.5
+    posture_time_s: float = 50.0
+    known_posture_sd_deg: float = 15.0
+    bias_sd_deg_s: float = 0.5
+    bias_noise_deg_s: float = 0.005
+    lean_deg_s: float = 3.0
+    lean_sd_deg_s: float = 2.0
+    swing_sd_deg: tuple[float, float, float] = (3.0, 2.0, 4.0)
+    return_sd_deg: float = 5.0
+    period_share: float = 0.4
+    swing_least_deg: float = 2.0
+    idle_s: float = 1.5
+    known_enough_deg: float = 3.5
+    forward_sd_m_s: float = 0.9
+    sideways_sd_m_s: float = 0.25
+    speed_m_s: float = 0.9
+    velocity_noise_m_s: float = 0.1
+    aided: bool = False
+    std_scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name == "aided":
+                if not isinstance(value, bool):
+                    raise UserError(f"tracker.aided is {value!r}, expected true or false")
+                continue
+            several = field.name in ("swing_sd_deg", "std_scale")
+            try:
+                values = tuple(value) if several else (value,)
+            except TypeError:
+                values = ()
+            if len(values) != (3 if several else 1) or not all(map(_is_positive, values)):
+                expected = "three numbers" if several else "a number"
+                raise UserError(
+                    f"tracker.{field.name} is {value!r}, expected {expected} above zero"
+                )
+            if several:
+                object.__setattr__(self, field.name, values)
+
+    def numbers(self, model: Narx) -> FloatArray:
+        """Return the parameters as the compiled recurrence takes them.
+
+        Parameters
+        ----------
+        model : Narx
+            The network: gives the sampling rate, the scales and the leak.
+
+        Returns
+        -------
+        ndarray, shape (PARAMETERS,)
+            By the names in `narx.kernels.tracker`, in rad, s and m.
+        """
+        dt = 1.0 / model.sampling_rate_hz
+        decay = math.exp(-dt / self.posture_time_s)
+        posture = math.radians(self.posture_sd_deg)
+        values = {
+            kernel.INTERVAL: dt,
+            kernel.LEAK: leak_rad_s(model),
+            kernel.ANGLE_NOISE: math.radians(self.angle_noise_deg) ** 2 * dt,
+            kernel.RATE_NOISE: self.rate_noise**2 * dt,
+            kernel.CENTRE_DECAY: decay,
+            kernel.CENTRE_NOISE: posture**2 * (1.0 - decay**2),
+            kernel.BIAS_NOISE: math.radians(self.bias_noise_deg_s) ** 2 * dt,
+            kernel.START_VARIANCE: math.radians(self.start_sd_deg) ** 2,
+            kernel.KNOWN_ENOUGH: math.radians(self.known_enough_deg) ** 2,
+            kernel.TURN_GAIN: dt / (_TURN_TIME_S + dt),
+            kernel.TURN_LEAST: _TURN_LEAST_RAD_S,
+            kernel.SWING_DECAY: 1.0 + dt / _SWING_TIME_S,
+            kernel.SPAN_DECAY: math.exp(-dt / _SPAN_TIME_S),
+            kernel.SPAN_SHARE: _SPAN_SHARE,
+            kernel.SWING_LEAST: math.radians(self.swing_least_deg),
+            kernel.IDLE_MOST: self.idle_s,
+            kernel.RETURN_VARIANCE: math.radians(self.return_sd_deg) ** 2,
+            kernel.PERIOD_SHARE: self.period_share,
+            kernel.OUTLIER: _OUTLIER,
+            kernel.EARLY: _EARLY_SWINGS,
+            kernel.REST_GAIN: dt / (_REST_TIME_S + dt),
+            kernel.REST_LEAST: _REST_RAD_S**2,
+            kernel.REST_VARIANCE: math.radians(0.5) ** 2 / dt,
+            kernel.VELOCITY_NOISE: self.velocity_noise_m_s**2 * dt,
+            kernel.SPEED: self.speed_m_s,
+            kernel.RATE_SCALE: model.normalisation.rate_scale_rad_s,
+            kernel.ANGLE_SCALE: model.normalisation.angle_scale_rad,
+            kernel.VELOCITY_VARIANCE: self.forward_sd_m_s**2 / dt,
+            kernel.VELOCITY_VARIANCE + 1: self.sideways_sd_m_s**2 / dt,
+        }
+        for axis, sd in enumerate(self.swing_sd_deg):
+            values[kernel.CYCLE_VARIANCE + axis] = math.radians(sd) ** 2
+        return np.array([values[index] for index in range(kernel.PARAMETERS)])
+
+
+def _is_positive(value: object) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and math.isfinite(value) and value > 0  # type: ignore[arg-type, operator]
+
+
+def leak_rad_s(model: Narx) -> float:
+    """Rate at which a network forgets a small deviation from its posture.
+
+    Parameters
+    ----------
+    model : Narx
+        Odd network.
+
+    Returns
+    -------
+    float
+        One over its gain to a constant rate, linearised at zero; not below zero.
+    """
+    structure, scaled = model.structure, model.normalisation
+    weights = model.weights.detach().numpy()
+    first = weights[structure.w1].reshape(structure.hidden, structure.n_features)
+    linear = weights[structure.w2] @ first
+    inputs = linear[: structure.n_input_features].sum()
+    kept = linear[structure.n_input_features :].sum()
+    return max(0.0, float((1.0 - kept) * scaled.rate_scale_rad_s / inputs / scaled.angle_scale_rad))
+
+
+class Tracked(NamedTuple):
+    """What a tracker says of samples, one after another; NaN where one is missing.
+
+    Parameters
+    ----------
+    angles_rad : ndarray, shape (N, 3)
+        Sagittal, frontal and transverse angle.
+    std_rad : ndarray, shape (N, 3)
+        Standard deviation of their error, as far as the model is right.
+    by_network : ndarray of bool, shape (N,)
+        Whether the network carried the angle; False while the rates were integrated.
+    """
+
+    angles_rad: FloatArray
+    std_rad: FloatArray
+    by_network: BoolArray
+
+    def reversed(self) -> "Tracked":
+        """Return the same with time turned round.
+
+        Returns
+        -------
+        Tracked
+            Last sample first.
+        """
+        return Tracked(self.angles_rad[::-1], self.std_rad[::-1], self.by_network[::-1])
+
+
+class Tracking:
+    """A tracker under way: its state, advanced by as many samples at a time as there are.
+
+    Parameters
+    ----------
+    tracker : PostureTracker
+        Parameters.
+    model : Narx
+        Coupled network.
+    initial_angles_rad : ndarray, shape (3,), optional
+        Known start pose; None where it is unknown.
+
+    Raises
+    ------
+    UserError
+        If the network is not coupled and odd.
+    """
+
+    def __init__(
+        self, tracker: PostureTracker, model: Narx, initial_angles_rad: FloatArray | None
+    ) -> None:
+        if not (model.coupled and model.odd):
+            raise UserError("a tracker needs a network with model.coupled=true and model.odd=true")
+        known = initial_angles_rad is not None
+        n = kernel.AIDED_STATES if tracker.aided else kernel.GYROSCOPE_STATES
+        self._parameters = tracker.numbers(model)
+        self._weights = model.weights.detach().numpy()
+        self._hidden = model.structure.hidden
+        self.x = np.zeros(n)
+        self.x[kernel.LEAN] = math.radians(tracker.lean_deg_s)
+        start, posture = (
+            (tracker.known_start_sd_deg, tracker.known_posture_sd_deg)
+            if known
+            else (tracker.start_sd_deg, tracker.posture_sd_deg)
+        )
+        deviations = [start] * 3 + [posture] * 3 + [tracker.bias_sd_deg_s] * 3
+        variances = [math.radians(sd) ** 2 for sd in [*deviations, tracker.lean_sd_deg_s]]
+        if tracker.aided:
+            self.x[kernel.VELOCITY] = tracker.speed_m_s
+            variances += [1.0, 1.0]
+        self.covariance = np.diag(variances)
+        self.scalars = np.zeros(kernel.SCALARS)
+        self.scalars[kernel.UNREST] = 1.0
+        self.scalars[kernel.IDLE] = tracker.idle_s
+        self.scalars[kernel.KNOWN] = float(known)
+        self.rates = np.zeros((3, max(model.structure.input_lags - 1, 1)))
+        self.past = np.zeros((3, model.structure.output_lags))
+        if initial_angles_rad is not None:
+            self.x[:3] = initial_angles_rad
+            self.past[:] = np.asarray(initial_angles_rad)[:, None]
+
+    @property
+    def packed(self) -> FloatArray:
+        """The state as one vector: estimate, covariance, scalars, rates and angles of before."""
+        parts = (self.x, self.covariance, self.scalars, self.rates, self.past)
+        return np.concatenate([part.ravel() for part in parts])
+
+    def follow(self, axis_rates_rad_s: FloatArray, specific_force_m_s2: FloatArray) -> Tracked:
+        """Advance over the next samples.
+
+        Parameters
+        ----------
+        axis_rates_rad_s : ndarray, shape (N, 3)
+            Gyroscope about the clinical axes; NaN where missing.
+        specific_force_m_s2 : ndarray, shape (N, 3)
+            Accelerometer in the anatomical frame; looked at if aided.
+
+        Returns
+        -------
+        Tracked
+            Of these samples.
+        """
+        rates = np.ascontiguousarray(axis_rates_rad_s, dtype=np.float64)
+        force = np.ascontiguousarray(specific_force_m_s2, dtype=np.float64)
+        angles, variances = np.empty_like(rates), np.empty_like(rates)
+        by_network = np.empty(len(rates), dtype=np.bool_)
+        kernel.track(
+            rates, force, self.x, self.covariance, self.scalars, self._parameters, self._weights,
+            self._hidden, self.rates, self.past, angles, variances, by_network,
+        )  # fmt: skip
+        return Tracked(angles, np.sqrt(np.maximum(variances, 0.0)), by_network)
+
+    def turned_round(self) -> "Tracking":
+        """Return a tracker that sets out backwards in time from where this one has arrived.
+
+        Returns
+        -------
+        Tracking
+            Rates, and so bias, lean and velocity, have the other sign; angles stay.
+        """
+        back = copy.copy(self)
+        sign = np.ones(len(self.x))
+        sign[kernel.BIAS :] = -1.0
+        back.x, back.covariance = self.x * sign, self.covariance * np.outer(sign, sign)
+        back._parameters = self._parameters.copy()
+        back._parameters[kernel.SPEED] *= -1.0
+        back.scalars = np.zeros(kernel.SCALARS)
+        back.scalars[kernel.UNREST] = 1.0
+        back.scalars[kernel.KNOWN] = self.scalars[kernel.KNOWN]
+        back.rates = -self.rates
+        steps = np.arange(self.past.shape[1]) * self._parameters[kernel.INTERVAL]
+        back.past = self.past[:, :1] + steps * self.rates[:, :1]
+        return back

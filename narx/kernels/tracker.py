@@ -1,0 +1,392 @@
+"""Network and Kalman filter in one recurrence: angles, the posture they swing about, and the bias.
+
+The network carries the angles from sample to sample while a leg walks; a small Kalman filter
+beside it says how far to trust them, and corrects angles, posture and bias once a swing of the
+leg. `narx.inference.tracker.PostureTracker` has the model and the parameters.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
+from narx.kernels.limits import COS_FRONTAL_MIN
+
+# what the filter estimates; the last two with an accelerometer only
+ANGLES, CENTRE, BIAS, LEAN, VELOCITY = 0, 3, 6, 9, 10
+GYROSCOPE_STATES, AIDED_STATES = 10, 12
+# centre, bias and lean stay as they are from sample to sample
+CONSTANT = VELOCITY - CENTRE
+
+# scalars beside it: turn rate, swing and its turning points, clocks, sums over the swing, rest
+(
+    TURN, SWING, HIGH, LOW, SPAN, RISING, SINCE, IDLE, PERIOD, TRUST, UNREST, MISSING, SAMPLES,
+) = range(13)  # fmt: skip
+SUM_ANGLES, SUM_TURN, BEFORE, ODD, MEAN_RATE, KNOWN = 13, 16, 17, 19, 22, 25
+SCALARS = 26
+
+# parameters, each for one sample where it is a rate
+(
+    INTERVAL, LEAK, ANGLE_NOISE, RATE_NOISE, CENTRE_DECAY, CENTRE_NOISE, BIAS_NOISE,
+    START_VARIANCE, KNOWN_ENOUGH, TURN_GAIN, TURN_LEAST, SWING_DECAY, SPAN_DECAY, SPAN_SHARE,
+    SWING_LEAST, IDLE_MOST,
+    RETURN_VARIANCE, PERIOD_SHARE, OUTLIER, EARLY, REST_GAIN, REST_LEAST, REST_VARIANCE,
+    VELOCITY_NOISE, SPEED, RATE_SCALE, ANGLE_SCALE,
+) = range(27)  # fmt: skip
+CYCLE_VARIANCE, VELOCITY_VARIANCE = 27, 30
+PARAMETERS = 32
+
+SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
+# no gyroscope of today is off by more
+MOST_BIAS_RAD_S = math.radians(10.0)
+
+
+@compiled(**EXACT_INNER)
+def _spread(covariance: Any, direction: Any, spread: Any) -> float:
+    """Fill covariance . direction; return the variance of direction . x."""
+    total = 0.0
+    spread[:] = 0.0
+    for i in range(len(direction)):
+        if direction[i] != 0.0:
+            for j in range(len(direction)):
+                spread[j] += direction[i] * covariance[i, j]
+    for i in range(len(direction)):
+        total += spread[i] * direction[i]
+    return total
+
+
+@compiled(**EXACT_INNER)
+def _measure(x: Any, covariance: Any, work: Any, variance: float, residual: float) -> None:
+    """Kalman update by one number: `residual` = measured - direction . x, in work[0]."""
+    n, spread = len(x), work[1]
+    total = _spread(covariance, work[0], spread) + variance
+    for i in range(n):
+        gain = spread[i] / total
+        x[i] += gain * residual
+        for j in range(n):
+            covariance[i, j] -= gain * spread[j]
+
+
+@compiled(**EXACT_INNER)
+def _propagate(covariance: Any, change: Any, decay: float, moved: Any) -> None:
+    """Carry the covariance over one sample: x <- (1 + change) x, two centres times `decay`."""
+    n = len(covariance)
+    for i in range(CENTRE, CENTRE + 2):
+        for j in range(n):
+            covariance[i, j] *= decay
+        for j in range(n):
+            covariance[j, i] *= decay
+    # only angles and velocity change
+    for row in range(n - CONSTANT):
+        i = row if row < CENTRE else row + CONSTANT
+        moved[row] = 0.0
+        for k in range(n):
+            if change[i, k] != 0.0:
+                for j in range(n):
+                    moved[row, j] += change[i, k] * covariance[k, j]
+    for row in range(n - CONSTANT):
+        i = row if row < CENTRE else row + CONSTANT
+        for j in range(n):
+            covariance[i, j] += moved[row, j]
+            covariance[j, i] += moved[row, j]
+        for other in range(n - CONSTANT):
+            j = other if other < CENTRE else other + CONSTANT
+            for k in range(n):
+                if change[j, k] != 0.0:
+                    covariance[i, j] += moved[row, k] * change[j, k]
+
+
+@compiled(**EXACT_INNER)
+def _network(
+    weights: Any, n_hidden: int, rate: float, rates: Any, past: Any, about: float, p: Any
+) -> float:
+    """One output of the network about a posture; rates and angles before, newest first."""
+    n_in, n_out = len(rates) + 1, len(past)
+    width = n_in + n_out
+    first_bias, second = n_hidden * width, n_hidden * (width + 1)
+    total = weights[-1]
+    for h in range(n_hidden):
+        at = h * width
+        argument = weights[first_bias + h] + weights[at] * (rate / p[RATE_SCALE])
+        for i in range(n_in - 1):
+            argument += weights[at + 1 + i] * (rates[i] / p[RATE_SCALE])
+        for i in range(n_out):
+            argument += weights[at + n_in + i] * ((past[i] - about) / p[ANGLE_SCALE])
+        total += weights[second + h] * math.tanh(argument)
+    return total * p[ANGLE_SCALE]
+
+
+@compiled(**EXACT_INNER)
+def _advance(
+    own: Any,
+    x: Any,
+    s: Any,
+    p: Any,
+    weights: Any,
+    n_hidden: int,
+    rates: Any,
+    past: Any,
+    works: bool,
+) -> tuple[float, float]:
+    """Carry the angles over one sample; return the turn rate and the cosine of the frontal angle.
+
+    own (3,): gyroscope without bias; rates (3, lags): of the angles before; past (3, lags):
+    angles before, newest first. Without the network, the trapezoidal rule.
+    """
+    dt = p[INTERVAL]
+    n_out = past.shape[1]
+    # hidden neurons have two weights more than features; one output bias
+    n_past = (len(weights) - 1) // n_hidden - 3 - n_out
+    tilt = np.empty(2)
+    for axis in range(2):
+        # extrapolated to the time of the sample: a lag would act like a bias
+        tilt[axis] = 2.0 * past[axis, 0] - past[axis, 1] if n_out > 1 else past[axis, 0]
+    sin_s, cos_s = math.sin(tilt[0]), math.cos(tilt[0])
+    sin_f, cos_f = math.sin(tilt[1]), math.cos(tilt[1])
+    if abs(cos_f) < COS_FRONTAL_MIN:
+        cos_f = -COS_FRONTAL_MIN if cos_f < 0.0 else COS_FRONTAL_MIN
+    turn = (own[2] * cos_s - own[1] * sin_s) / cos_f
+    s[TURN] += p[TURN_GAIN] * (turn - s[TURN])
+    for axis in range(3):
+        rate = turn
+        if axis == 0:
+            rate = own[0] - sin_f * turn
+        elif axis == 1:
+            rate = own[1] * cos_s + own[2] * sin_s
+        if works:
+            about = x[CENTRE + axis] + (x[LEAN] * s[TURN] if axis == 1 else 0.0)
+            angle = about + _network(
+                weights, n_hidden, rate, rates[axis, :n_past], past[axis], about, p
+            )
+        else:
+            angle = past[axis, 0] + 0.5 * dt * (rate + rates[axis, 0])
+        for i in range(rates.shape[1] - 1, 0, -1):
+            rates[axis, i] = rates[axis, i - 1]
+        rates[axis, 0] = rate
+        x[axis] = angle
+    return turn, cos_f
+
+
+@compiled(**EXACT_INNER)
+def _swing_ends(own_sagittal: float, s: Any, p: Any) -> bool:
+    """Follow the swing of the leg; True where a forward swing has just been turned round."""
+    s[SWING] = (s[SWING] + p[INTERVAL] * own_sagittal) / p[SWING_DECAY]
+    s[HIGH], s[LOW] = max(s[HIGH], s[SWING]), min(s[LOW], s[SWING])
+    s[SPAN] *= p[SPAN_DECAY]
+    least = max(p[SPAN_SHARE] * s[SPAN], p[SWING_LEAST])
+    if s[RISING] == 0.0 and s[SWING] - s[LOW] > least:
+        s[RISING], s[HIGH] = 1.0, s[SWING]
+    if s[RISING] == 0.0 or s[HIGH] - s[SWING] <= least:
+        return False
+    s[SPAN] = max(s[SPAN], s[HIGH] - s[LOW])
+    s[RISING], s[LOW] = 0.0, s[SWING]
+    return True
+
+
+@compiled(**EXACT_INNER)
+def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> None:
+    """Update by a swing: its mean angle is the posture's, more so the more it is like gait."""
+    direction = work[0]
+    turn = s[SUM_TURN] / s[SAMPLES]
+    if abs(turn) > p[TURN_LEAST]:
+        # who turns does not come back to the heading of before
+        covariance[CENTRE + 2, CENTRE + 2] += (turn * s[SINCE]) ** 2
+    net = (x[0] - s[BEFORE]) ** 2 + (x[1] - s[BEFORE + 1]) ** 2
+    doubt = 1.0 + net / p[RETURN_VARIANCE]
+    doubt += ((s[SINCE] / s[PERIOD] - 1.0) / p[PERIOD_SHARE]) ** 2 if s[PERIOD] > 0.0 else 3.0
+    for axis in range(3):
+        direction[:] = 0.0
+        direction[axis], direction[CENTRE + axis] = 1.0, -1.0
+        about = x[CENTRE + axis]
+        if axis == 1:
+            direction[LEAN] = -turn
+            about += x[LEAN] * turn
+        residual = about - s[SUM_ANGLES + axis] / s[SAMPLES]
+        variance = p[CYCLE_VARIANCE + axis] * doubt
+        expected = _spread(covariance, direction, work[1]) + variance
+        excess = residual**2 / (p[OUTLIER] * expected)
+        if excess <= 1.0:
+            s[ODD + axis] = 0.0
+        elif s[ODD + axis] * residual > 0.0:
+            # two in a row on the same side: the posture has changed, or never was what it seemed
+            share = p[EARLY] / (p[EARLY] + s[TRUST])
+            covariance[axis, axis] += residual**2 * share
+            covariance[CENTRE + axis, CENTRE + axis] += residual**2 * (1.0 - share)
+            s[ODD + axis] = 0.0
+        else:
+            s[ODD + axis] = math.copysign(1.0, residual)
+            continue
+        _measure(x, covariance, work, variance, residual)
+    s[TRUST] += 1.0 / doubt
+
+
+@compiled(**EXACT_INNER)
+def _level(x: Any, force: Any) -> tuple[float, float, float, float]:
+    """Level specific force, forward and left, and their derivatives with the two angles."""
+    sin_s, cos_s, sin_f, cos_f = math.sin(x[0]), math.cos(x[0]), math.sin(x[1]), math.cos(x[1])
+    up = sin_s * force[0] + cos_s * force[2]
+    forward = cos_s * force[0] - sin_s * force[2]
+    left = cos_f * force[1] + sin_f * up
+    return forward, left, -up, cos_f * up - sin_f * force[1]
+
+
+@compiled(**EXACT_INNER)
+def _step(
+    axis_rates: Any,
+    force: Any,
+    x: Any,
+    covariance: Any,
+    s: Any,
+    p: Any,
+    weights: Any,
+    n_hidden: int,
+    rates: Any,
+    past: Any,
+    work: Any,
+    change: Any,
+    moved: Any,
+) -> bool:
+    """Advance by a sample that is there; return whether the network carried the angles."""
+    n, dt = len(x), p[INTERVAL]
+    aided = n == AIDED_STATES
+    if s[MISSING] > 0.0:
+        # nothing is known of what happened meanwhile but that legs come back to their posture
+        for axis in range(3):
+            covariance[axis, axis] += p[START_VARIANCE] * min(s[MISSING], 1.0) ** 2
+        s[MISSING], s[RISING], s[SWING], s[HIGH], s[LOW] = 0.0, 0.0, 0.0, 0.0, 0.0
+        s[SINCE : IDLE + 1], s[PERIOD], s[SUM_ANGLES:BEFORE], s[SAMPLES] = 0.0, 0.0, 0.0, 0.0
+        s[IDLE] = p[IDLE_MOST]
+    own, carried, direction = work[2, :3], work[2, 3:6], work[0]
+    square, unrest, mean_square = 0.0, 0.0, 0.0
+    for axis in range(3):
+        own[axis] = axis_rates[axis] - x[BIAS + axis]
+        square += own[axis] ** 2
+        away = axis_rates[axis] - s[MEAN_RATE + axis]
+        s[MEAN_RATE + axis] += p[REST_GAIN] * away
+        unrest += away**2
+    s[UNREST] += p[REST_GAIN] * (unrest - s[UNREST])
+    works = s[IDLE] < p[IDLE_MOST] and (
+        max(covariance[CENTRE, CENTRE], covariance[CENTRE + 1, CENTRE + 1]) < p[KNOWN_ENOUGH]
+    )
+    turn, cos_f = _advance(own, x, s, p, weights, n_hidden, rates, past, works)
+    if abs(x[0]) > math.pi:
+        whole = math.copysign(2.0 * math.pi, x[0])
+        x[0] -= whole
+        past[0] -= whole
+    carried[:] = x[:3]
+    # a posture that was learnt from a known start has no zero to come back to, nor has a heading
+    decay, noise = (1.0, 0.0) if s[KNOWN] > 0.0 else (p[CENTRE_DECAY], p[CENTRE_NOISE])
+    leak = p[LEAK] * dt if works else 0.0
+    coupling = dt * s[TURN] if abs(s[TURN]) > p[TURN_LEAST] else 0.0
+    for axis in range(3):
+        change[axis, axis], change[axis, CENTRE + axis] = -leak, leak
+        change[axis, BIAS + axis] = -dt
+    for axis in range(2):
+        x[CENTRE + axis] *= decay
+    change[0, 1], change[1, 0], change[1, LEAN] = -coupling, coupling, leak * s[TURN]
+    if aided:
+        forward, left, by_sagittal, by_frontal = _level(x, force)
+        ahead, aside = x[VELOCITY], x[VELOCITY + 1]
+        x[VELOCITY] += dt * (forward + turn * aside)
+        x[VELOCITY + 1] += dt * (left - turn * ahead)
+        change[VELOCITY, 0], change[VELOCITY, VELOCITY + 1] = dt * by_sagittal, dt * turn
+        change[VELOCITY + 1, 1], change[VELOCITY + 1, VELOCITY] = dt * by_frontal, -dt * turn
+    _propagate(covariance, change, decay, moved)
+    for axis in range(3):
+        covariance[axis, axis] += p[ANGLE_NOISE] + p[RATE_NOISE] * square / cos_f**2
+        covariance[BIAS + axis, BIAS + axis] += p[BIAS_NOISE]
+    for axis in range(2):
+        covariance[CENTRE + axis, CENTRE + axis] += noise
+    for i in range(VELOCITY, n):
+        covariance[i, i] += p[VELOCITY_NOISE]
+    for axis in range(3):
+        mean_square += s[MEAN_RATE + axis] ** 2
+    if s[UNREST] < p[REST_LEAST] and mean_square < MOST_BIAS_RAD_S**2:
+        for axis in range(3):
+            direction[:] = 0.0
+            direction[BIAS + axis] = 1.0
+            residual = s[MEAN_RATE + axis] - x[BIAS + axis]
+            _measure(x, covariance, work, p[REST_VARIANCE], residual)
+    s[SINCE] += dt
+    s[IDLE] += dt
+    s[SAMPLES] += 1.0
+    s[SUM_TURN] += turn
+    for axis in range(3):
+        s[SUM_ANGLES + axis] += carried[axis]
+    for i in range(VELOCITY, n):
+        direction[:] = 0.0
+        direction[i] = 1.0
+        usual = p[SPEED] if i == VELOCITY else 0.0
+        _measure(x, covariance, work, p[VELOCITY_VARIANCE + i - VELOCITY], usual - x[i])
+    if _swing_ends(own[0], s, p):
+        swung = SHORTEST_SWING_S < s[SINCE] < LONGEST_SWING_S
+        if swung:
+            _learn_from_swing(x, covariance, s, p, work)
+            if s[ODD] == 0.0 and s[ODD + 1] == 0.0:
+                s[IDLE] = 0.0
+        s[PERIOD] = s[SINCE] if swung else 0.0
+        s[SINCE], s[SAMPLES], s[SUM_ANGLES:BEFORE] = 0.0, 0.0, 0.0
+        s[BEFORE], s[BEFORE + 1] = x[0], x[1]
+    for axis in range(3):
+        # a correction is no movement: it moves the angles of before along
+        correction = x[axis] - carried[axis]
+        for i in range(past.shape[1] - 1, 0, -1):
+            past[axis, i] = past[axis, i - 1] + correction
+        past[axis, 0] = x[axis]
+    return works
+
+
+@compiled(**EXACT)
+def track(
+    axis_rates: Any,
+    force: Any,
+    x: Any,
+    covariance: Any,
+    s: Any,
+    p: Any,
+    weights: Any,
+    n_hidden: int,
+    rates: Any,
+    past: Any,
+    angles: Any,
+    variances: Any,
+    works: Any,
+) -> None:
+    """Advance over samples (N, 3), NaN where missing, and fill angles, their variances, works.
+
+    x (n,), covariance (n, n), s (SCALARS,), rates and past (3, lags) are the state and change;
+    p (PARAMETERS,) comes from `narx.inference.tracker`.
+    """
+    n = len(x)
+    work, change, moved = np.zeros((3, n)), np.zeros((n, n)), np.zeros((n, n))
+    for k in range(len(axis_rates)):
+        there = True
+        for axis in range(3):
+            there &= math.isfinite(axis_rates[k, axis])
+            if len(x) == AIDED_STATES:
+                there &= math.isfinite(force[k, axis])
+        if not there:
+            s[MISSING] += p[INTERVAL]
+            angles[k] = math.nan
+            variances[k] = math.nan
+            works[k] = False
+            continue
+        works[k] = _step(
+            axis_rates[k],
+            force[k],
+            x,
+            covariance,
+            s,
+            p,
+            weights,
+            n_hidden,
+            rates,
+            past,
+            work,
+            change,
+            moved,
+        )
+        for axis in range(3):
+            angles[k, axis] = x[axis]
+            variances[k, axis] = covariance[axis, axis]

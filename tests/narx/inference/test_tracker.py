@@ -1,0 +1,248 @@
+"""Posture, bias and standard deviation of a tracked network, on walks with a known truth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from narx.errors import MethodNotApplicableError, UserError
+from narx.inference.checkpoint import Checkpoint, load, save
+from narx.inference.tracker import PostureTracker, leak_rad_s
+from narx.kinematics.segment_angles import (
+    angles_from_orientation,
+    axis_rates,
+    orientation_from_angles,
+)
+from narx.method import SegmentSignals
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
+from narx.training.initial_weights import leaky_integrator_weights
+
+RATE_HZ = 50.0
+# what averages differ by from swing to swing is part of the model, so degrees and not less
+CLOSE_DEG = 2.0
+
+
+def network(leak=0.05):
+    model = Narx(RATE_HZ, Normalisation(3.0, 0.5, 0.0, 0.0))
+    with torch.no_grad():
+        model.weights.copy_(torch.from_numpy(leaky_integrator_weights(model, leak)))
+    return model
+
+
+def tracked(smoothing=False, **parameters):
+    return Checkpoint(network(), tracker=PostureTracker(**parameters)).method(smoothing)
+
+
+class Walk:
+    """Somebody who walks and turns now and then, in a room; angles in degrees."""
+
+    def __init__(self, duration_s=90.0, turns=True):
+        self.time_s = np.arange(0.0, duration_s, 1.0 / RATE_HZ)
+        self.walks = np.ones_like(self.time_s)
+        self.turn = 1.2 * (np.sin(0.25 * self.time_s) > 0.5) * turns  # rad/s
+        self.posture_deg = np.zeros((len(self.time_s), 2))
+
+    def ramp(self, at_s, duration_s):
+        return np.clip((self.time_s - at_s) / duration_s, 0.0, 1.0)
+
+    def signals(self, bias_deg_s=(0.0, 0.0, 0.0), known=False):
+        phase = 2.0 * np.pi * 0.9 * self.time_s
+        sway = 3.0 * self.turn
+        degrees = np.column_stack(
+            [
+                self.posture_deg[:, 0]
+                + 15.0 * self.walks * (np.sin(phase) + 0.3 * np.sin(2 * phase)),
+                self.posture_deg[:, 1] + 4.0 * self.walks * np.sin(phase + 1.0) + sway,
+                np.degrees(np.cumsum(self.turn) / RATE_HZ) + 3.0 * self.walks * np.sin(phase),
+            ]
+        )
+        truth = np.radians(degrees)
+        turned = Rotation.from_quat(orientation_from_angles(truth), scalar_first=True)
+        rates = (turned[:-1].inv() * turned[1:]).as_rotvec() * RATE_HZ
+        # of the interval that ends at the sample and the one that begins there
+        rates = 0.5 * (np.vstack([rates[:1], rates]) + np.vstack([rates, rates[-1:]]))
+        force = turned.inv().apply(np.tile([0.0, 0.0, 9.81], (len(rates), 1)))
+        start = truth[0] if known else None
+        signals = SegmentSignals(
+            "thigh", RATE_HZ, axis_rates(rates) + np.radians(bias_deg_s), force, start
+        )
+        return signals, angles_from_orientation(orientation_from_angles(truth))
+
+
+def off_deg(method, walk, part, **kwargs):
+    signals, truth = walk.signals(**kwargs)
+    error = np.degrees(truth - method.estimate(signals))[:, :2]
+    begin, end = (round(second * RATE_HZ) for second in part)
+    return np.sqrt(np.mean(error[begin:end] ** 2, axis=0)).max()
+
+
+def test_the_leak_is_that_of_the_leaky_integrator():
+    assert leak_rad_s(network(0.15)) == pytest.approx(0.15)
+
+
+def test_a_walk_is_followed_from_an_unknown_start():
+    assert off_deg(tracked(), Walk(), (10, 90)) < CLOSE_DEG
+
+
+def test_a_bias_that_was_left_in_is_found():
+    bias = (0.8, -0.6, 0.0)
+    with_tracker = off_deg(tracked(bias_sd_deg_s=2.0), Walk(), (45, 90), bias_deg_s=bias)
+    assert with_tracker < CLOSE_DEG
+    start_up_alone = Checkpoint(network(0.2)).method()
+    assert off_deg(start_up_alone, Walk(), (45, 90), bias_deg_s=bias) > 1.5 * with_tracker
+
+
+def test_the_bias_is_taken_from_rest_at_once():
+    walk = Walk(30.0)
+    walk.walks = walk.ramp(10.0, 1.0)
+    walk.turn[:] = 0.0
+    method = tracked(bias_sd_deg_s=3.0)
+    bias = (2.0, -1.5, 1.0)
+    assert off_deg(method, walk, (5, 10), bias_deg_s=bias, known=True) < 2.5
+    assert off_deg(method, walk, (20, 30), bias_deg_s=bias, known=True) < 2.5
+
+
+def test_a_known_start_keeps_its_zero():
+    walk = Walk(turns=False)
+    walk.posture_deg[:] = 20.0, -5.0
+    walk.posture_deg *= walk.ramp(4.0, 1.0)[:, None]
+    walk.walks = walk.ramp(4.0, 1.0)
+    assert off_deg(tracked(), walk, (10, 90), known=True) < CLOSE_DEG
+
+
+def test_ten_minutes_of_straight_walking_do_not_drift():
+    walk = Walk(600.0, turns=False)
+    walk.posture_deg[:] = (15.0, 0.0) * walk.ramp(4.0, 1.0)[:, None]
+    walk.walks = walk.ramp(4.0, 1.0)
+    parts = [
+        off_deg(tracked(), walk, part, known=True, bias_deg_s=(0.2, 0.1, 0.1))
+        for part in ((10, 60), (550, 600))
+    ]
+    assert parts[1] < parts[0] + 0.5
+    assert parts[1] < 2.5
+
+
+@pytest.mark.parametrize(
+    ("sits_deg", "pause_s"), [(0.0, 20.0), (80.0, 20.0), (80.0, 60.0)], ids=["stand", "sit", "long"]
+)
+def test_a_pause_is_waited_for(sits_deg, pause_s):
+    walk = Walk(50.0 + pause_s + 40.0)
+    pause = walk.ramp(50.0, 1.5) - walk.ramp(48.5 + pause_s, 1.5)
+    walk.walks = 1.0 - walk.ramp(49.0, 1.0) + walk.ramp(50.0 + pause_s, 1.0)
+    walk.turn = walk.turn * (walk.walks == 1.0)
+    walk.posture_deg[:, 0] = sits_deg * pause
+    signals, _ = walk.signals()
+    method = tracked()
+    assert method.starting(signals)[round(56 * RATE_HZ) : round((48 + pause_s) * RATE_HZ)].all()
+    sitting = (54.0, 48.0 + pause_s)
+    assert off_deg(method, walk, sitting) < 8.0
+    again = 50.0 + pause_s + 10.0
+    assert off_deg(method, walk, (again, again + 30.0)) < 3.0
+
+
+@pytest.mark.parametrize("slip_deg", [15.0, 40.0])
+def test_a_slip_is_a_new_posture(slip_deg):
+    walk = Walk(90.0)
+    walk.posture_deg[:, 0] = slip_deg * walk.ramp(45.0, 0.5)
+    # nine tenths of it at once, and no lasting mistake about what has changed
+    assert off_deg(tracked(), walk, (46, 50)) < 0.2 * slip_deg
+    assert off_deg(tracked(), walk, (65, 80)) < 0.2 * slip_deg
+
+
+def test_a_phone_that_goes_from_the_hand_into_the_pocket_is_not_taken_for_gait():
+    walk = Walk(60.0)
+    walk.walks = walk.ramp(6.0, 1.0)
+    walk.turn = walk.turn * walk.walks
+    walk.posture_deg[:, 0] = 76.0 * (1.0 - walk.ramp(2.0, 2.0))
+    walk.posture_deg[:, 1] = 30.0 * walk.ramp(1.0, 1.0) * (1.0 - walk.ramp(3.0, 1.5))
+    assert off_deg(tracked(), walk, (12, 60)) < 3.0
+
+
+def test_the_standard_deviation_moves_with_what_is_known():
+    walk = Walk(90.0)
+    signals, truth = walk.signals()
+    rates = signals.axis_rates_rad_s.copy()
+    rates[round(60 * RATE_HZ) : round(63 * RATE_HZ)] = np.nan
+    signals = replace(signals, axis_rates_rad_s=rates)
+    method = tracked(std_scale=(2.0, 1.0, 1.0))
+    std = np.degrees(method.standard_deviation(signals))
+    plain = np.degrees(tracked().standard_deviation(signals))
+    np.testing.assert_allclose(std[:, 0], 2.0 * plain[:, 0])
+    np.testing.assert_array_equal(std[:, 1], plain[:, 1])
+    at = {
+        second: plain[round(second * RATE_HZ), :2].max() for second in (0.1, 3.0, 50.0, 63.1, 80.0)
+    }
+    assert at[0.1] > 50.0
+    assert at[3.0] > 1.5 * at[50.0]
+    assert at[63.1] > 40.0
+    assert at[80.0] < 4.0
+    assert np.isnan(std[round(61 * RATE_HZ)]).all()
+    error = np.degrees(truth - method.estimate(signals))[:, :2]
+    inside = np.abs(error) < 1.96 * plain[:, :2]
+    assert inside[np.isfinite(error)].mean() > 0.9
+
+
+def test_the_accelerometer_gives_the_mean_angle_too():
+    walk = Walk(60.0)
+    walk.posture_deg[:] = 12.0, -6.0
+    # who walks in a circle at 0.9 m/s is pulled inwards; here nobody moves on, so speed is zero
+    method = tracked(aided=True, speed_m_s=1e-3)
+    assert off_deg(method, walk, (5, 60)) < 1.0
+    assert method.needs_accelerometer
+
+
+def test_both_directions_together_are_better():
+    walk = Walk(60.0)
+    walk.posture_deg[:, 0] = 30.0 * (1.0 - walk.ramp(2.0, 1.0))
+    both, one = (
+        off_deg(tracked(smoothing=smoothing), walk, (0, 58)) for smoothing in (True, False)
+    )
+    assert both < 0.5 * one
+
+
+def test_another_sampling_rate_gives_the_same_angles():
+    walk = Walk(60.0)
+    signals, _ = walk.signals()
+    rates = signals.axis_rates_rad_s
+    between = np.arange(2 * len(rates) - 1) / 2.0
+    finer = np.column_stack([np.interp(between, np.arange(len(rates)), axis) for axis in rates.T])
+    finer[2000:2100] = np.nan
+    method = tracked()
+    found = method.estimate(
+        SegmentSignals("thigh", 2 * RATE_HZ, finer, np.full_like(finer, np.nan))
+    )
+    assert np.isnan(found[2000:2100]).all()
+    difference = np.degrees(found[::2] - method.estimate(signals))[:, :2]
+    assert np.nanmax(np.abs(difference[500:1000])) < 0.5
+
+
+def test_it_streams_at_its_own_rate_only():
+    with pytest.raises(MethodNotApplicableError, match="at 50 Hz, not at 100 Hz"):
+        tracked().stream(100.0)
+    with pytest.raises(MethodNotApplicableError, match="smoothing=false"):
+        tracked(smoothing=True).stream(RATE_HZ)
+
+
+def test_a_checkpoint_keeps_its_tracker(tmp_path):
+    checkpoint = Checkpoint(network(), tracker=PostureTracker(idle_s=2.0, swing_sd_deg=(4, 3, 2)))
+    save(checkpoint, tmp_path / "tracked.pt")
+    assert load(tmp_path / "tracked.pt").tracker == checkpoint.tracker
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"idle_s": 0.0}, r"tracker\.idle_s is 0\.0, expected a number above zero"),
+        ({"bias_sd_deg_s": "much"}, r"tracker\.bias_sd_deg_s is 'much'"),
+        ({"speed_m_s": float("nan")}, r"tracker\.speed_m_s is nan"),
+        ({"swing_sd_deg": (1.0, 2.0)}, r"tracker\.swing_sd_deg .* three numbers above zero"),
+        ({"swing_sd_deg": 3.0}, r"tracker\.swing_sd_deg is 3\.0, expected three numbers"),
+        ({"aided": "yes"}, r"tracker\.aided is 'yes', expected true or false"),
+    ],
+)
+def test_nonsense_is_refused(parameters, message):
+    with pytest.raises(UserError, match=message):
+        PostureTracker(**parameters)
