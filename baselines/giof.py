@@ -142,6 +142,11 @@ class Giof(RecursiveMethod):
         return True
 
     @property
+    def causal(self) -> bool:
+        """Whether an angle depends on nothing that comes later."""
+        return self.mode == "real_time" and super().causal
+
+    @property
     def _couples_as_it_runs(self) -> bool:
         return self.coupled and self.mode == "real_time"
 

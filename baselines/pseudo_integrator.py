@@ -73,6 +73,12 @@ class PseudoIntegrator(RecursiveMethod):
         )
 
     @property
+    def causal(self) -> bool:
+        """Whether an angle depends on nothing that comes later."""
+        detected = self.gait_frequency_hz is None and self.frequency == "constant"
+        return not detected and super().causal
+
+    @property
     def _tracker(self) -> StrideFrequencyTracker:
         return StrideFrequencyTracker(start_frequency_hz=self.frequency_without_gait_hz)
 

@@ -98,6 +98,11 @@ class RecursiveMethod(OrientationMethod):
         return False
 
     @property
+    def causal(self) -> bool:
+        """Whether an angle depends on nothing that comes later."""
+        return not self.composition.smoothing
+
+    @property
     def _couples_as_it_runs(self) -> bool:
         """Whether the tilt estimated so far couples the axes; else its inputs have done so."""
         return self.coupled

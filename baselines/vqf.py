@@ -65,6 +65,11 @@ class Vqf(OrientationFilter):
             "restBiasEstEnabled": rest_bias_estimation,
         }
 
+    @property
+    def causal(self) -> bool:
+        """Whether an angle depends on nothing that comes later."""
+        return not self.offline
+
     def _orientation(self, signals: SegmentSignals) -> FloatArray:
         gyroscope = gyroscope_xyz(signals.axis_rates_rad_s)
         accelerometer = np.ascontiguousarray(signals.specific_force_m_s2)

@@ -24,15 +24,14 @@ from narx.experiments.networks import network_of
 from narx.experiments.raw_gyroscope import with_static_bias
 from narx.experiments.reports.report import Report
 from narx.experiments.reports.summary import write_report
+from narx.experiments.rivals import NETWORK_METHODS, rivals_of
 from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.sources import combined_index, one_ahead, open_sources
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.inference import checkpoint as checkpoints
+from narx.inference.checkpoint import Checkpoint
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial
-
-# one network, run forwards alone or backwards as well
-NETWORK_METHODS = frozenset({"narx", "narx_smoothed"})
 
 
 def run(
@@ -64,8 +63,8 @@ def run(
         report = instantiate(cfg.report, _convert_="all")
     sources = open_sources(cfg)
     folds = list(instantiate(cfg.split, _convert_="all")(combined_index(sources)))
-    classical = _classical_methods(cfg)
     gathered = Gathered(pd.DataFrame())
+    rivals = rivals_of(cfg, gathered)
     all_rows = []
     progress = tqdm(
         total=sum(len(fold.test) for fold in folds), desc="trials", unit="trial", disable=None
@@ -78,9 +77,10 @@ def run(
         return trial, calibrated
 
     for fold in folds:
-        methods = dict(classical)
+        methods = rivals.methods_for(fold, prepare)
         if NETWORK_METHODS & set(cfg.methods):
             methods = _with_network(cfg, sources, fold, log, gathered) | methods
+        gathered.not_causal |= {name for name, method in methods.items() if not method.causal}
         for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
             evaluated, refusals = evaluate_trial(
@@ -128,30 +128,35 @@ def _with_network(
     gathered: Gathered,
 ) -> dict[str, OrientationMethod]:
     begun = time.perf_counter()
-    if log is None:
-        network = network_of(cfg, sources, fold, lambda iteration, numbers: None)
-    else:
-        with log.of_fold(_file_name(fold.name)) as fold_log:
-            network = network_of(cfg, sources, fold, fold_log.iteration)
-    gathered.workload.training_s += time.perf_counter() - begun
-    gathered.networks[fold.name] = network
-    return {
-        name: network.method(smoothing=name == "narx_smoothed")
-        for name in cfg.methods
-        if name in NETWORK_METHODS
-    }
-
-
-def _classical_methods(cfg: DictConfig) -> dict[str, OrientationMethod]:
     methods: dict[str, OrientationMethod] = {}
-    for name in cfg.methods:
-        if name in NETWORK_METHODS:
-            continue
-        if name not in cfg.method:
-            known = ", ".join([*sorted(NETWORK_METHODS), *sorted(cfg.method)])
-            raise UserError(f"methods: no method is named '{name}', expected some of {known}")
-        methods[name] = instantiate(cfg.method[name], _convert_="all")
+    if {"narx", "narx_smoothed"} & set(cfg.methods):
+        network = _trained(cfg, sources, fold, log)
+        gathered.networks[fold.name] = network
+        methods |= {
+            name: network.method(smoothing=name == "narx_smoothed")
+            for name in cfg.methods
+            if name in ("narx", "narx_smoothed")
+        }
+    if "narx_as_printed" in cfg.methods and fold.training:
+        printed = cfg.copy()
+        printed.model = cfg.model_as_printed
+        printed.candidates = []
+        network = network_of(printed, sources, fold, lambda iteration, numbers: None)
+        methods["narx_as_printed"] = network.method()
+    gathered.workload.training_s += time.perf_counter() - begun
     return methods
+
+
+def _trained(
+    cfg: DictConfig,
+    sources: Mapping[str, TrialSource],
+    fold: Fold,
+    log: TensorBoardLog | None,
+) -> Checkpoint:
+    if log is None:
+        return network_of(cfg, sources, fold, lambda iteration, numbers: None)
+    with log.of_fold(_file_name(fold.name)) as fold_log:
+        return network_of(cfg, sources, fold, fold_log.iteration)
 
 
 def _benchmark(cfg: DictConfig) -> None:

@@ -1,6 +1,7 @@
 """What a benchmark has gathered once all its trials have run."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import pandas as pd
 
@@ -30,6 +31,10 @@ class Gathered:
         What the sources did to their data.
     workload : Workload
         Time in each method.
+    chosen : dict of tuple of str to dict
+        Parameters that were chosen, by fold and row.
+    not_causal : set of str
+        Rows that look ahead.
     """
 
     results: pd.DataFrame
@@ -39,3 +44,5 @@ class Gathered:
     sources: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     workload: Workload = field(default_factory=Workload)
+    chosen: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    not_causal: set[str] = field(default_factory=set)

@@ -1,12 +1,13 @@
 """How methods are called, ordered and coloured, the same in every table and figure."""
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 
 _LABELS = {
     "complementary_filter": "CF",
     "complementary_filter_real_time": "CF real time",
     "narx": "NARX",
     "narx_smoothed": "NARX smoothed",
+    "narx_as_printed": "NARX as printed",
     "pseudo_integrator": "PI",
     "leaky_integrator": "Leaky integrator",
     "gyro_integration": "Gyro integration",
@@ -29,6 +30,7 @@ _LABELS = {
 _COLOURS = {
     "narx": "#c8102e",
     "narx_smoothed": "#f28e8e",
+    "narx_as_printed": "#7f0000",
     "pseudo_integrator": "#009e73",
     "complementary_filter": "#0060b0",
     "gyro_integration": "#e69f00",
@@ -50,28 +52,73 @@ _COLOURS = {
 _FURTHER_COLOURS = ("#bcbd22", "#17becf", "#7f7f7f", "#aec7e8", "#ffbb78", "#98df8a")
 
 
-def method_label(method: str) -> str:
-    """Return the name of a method for people.
+# what a row's name may end with (`narx.experiments.forms`), in the order of tables
+_FORMS = ("", "_heading_zero", "_same")
+_CHOSEN = "_chosen"
+_WITH_HEADING = frozenset({"complementary_filter", "giof", "vqf", "madgwick", "mahony"})
+BLOCKS = ("as printed", "same ingredients")
+
+
+def _parts(row: str) -> tuple[str, str, bool]:
+    """Method, form and whether its parameters were chosen."""
+    name = row.removesuffix(_CHOSEN)
+    form = next((form for form in _FORMS[1:] if name.endswith(form)), "")
+    return name.removesuffix(form), form, name != row
+
+
+def method_block(row: str) -> str:
+    """Return the block of tables that a row belongs to.
 
     Parameters
     ----------
-    method : str
+    row : str
         Name in ``results.csv``.
 
     Returns
     -------
     str
-        Short name; an unknown one is returned as it is.
+        ``as printed``, or ``same ingredients``: the network, and what was given its parts.
     """
-    return _LABELS.get(method, method)
+    method, form, _ = _parts(row)
+    same = form == "_same" or method in ("narx", "narx_smoothed")
+    return BLOCKS[int(same)]
 
 
-def method_order(methods: Iterable[str]) -> list[str]:
-    """Sort methods: the three of Tham et al. in their order, then the rest.
+def method_label(row: str, not_causal: Container[str] = ()) -> str:
+    """Return the name of a row for people.
 
     Parameters
     ----------
-    methods : iterable of str
+    row : str
+        Name in ``results.csv``.
+    not_causal : container of str
+        Rows that look ahead: it is said behind the name.
+
+    Returns
+    -------
+    str
+        Short name of the method (an unknown one as it is), how its heading is treated, whether
+        its parameters were chosen.
+    """
+    method, form, chosen = _parts(row)
+    words = [_LABELS.get(method, method)]
+    if form == "_heading_zero":
+        words.append("heading 0")
+    if form == "_same" and method in _WITH_HEADING:
+        words.append("heading leak")
+    if chosen:
+        words.append("chosen")
+    if row in not_causal:
+        words.append("not causal")
+    return ", ".join(words)
+
+
+def method_order(rows: Iterable[str]) -> list[str]:
+    """Sort rows: by block, then the methods of Tham et al. in their order, then the rest.
+
+    Parameters
+    ----------
+    rows : iterable of str
         Names in ``results.csv``; each counts once.
 
     Returns
@@ -80,22 +127,30 @@ def method_order(methods: Iterable[str]) -> list[str]:
         Known methods in the fixed order, unknown ones after them by name.
     """
     known = list(_LABELS)
-    return sorted(set(methods), key=lambda m: (known.index(m) if m in known else len(known), m))
+
+    def place(row: str) -> tuple[object, ...]:
+        method, form, chosen = _parts(row)
+        at = known.index(method) if method in known else len(known)
+        return BLOCKS.index(method_block(row)), at, method, _FORMS.index(form), chosen
+
+    return sorted(set(rows), key=place)
 
 
-def method_colour(method: str) -> str:
+def method_colour(row: str) -> str:
     """Return the colour of a method.
 
     Parameters
     ----------
-    method : str
+    row : str
         Name in ``results.csv``.
 
     Returns
     -------
     str
-        Hexadecimal RGB; an unknown method gets one that depends on its name alone.
+        Hexadecimal RGB, the same for all forms of a method; an unknown method gets one that
+        depends on its name alone.
     """
+    method = _parts(row)[0]
     if method in _COLOURS:
         return _COLOURS[method]
     return _FURTHER_COLOURS[sum(method.encode()) % len(_FURTHER_COLOURS)]

@@ -184,6 +184,11 @@ class OrientationMethod(ABC):
         """
         return None
 
+    @property
+    def causal(self) -> bool:
+        """Whether an angle depends on nothing that comes later."""
+        return self.streams
+
     @abstractmethod
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles, shape (N, 3), of signals without a missing sample."""

@@ -124,11 +124,14 @@ class Evaluation(Section):
 class Benchmark(Common):
     """As ``configs/benchmark.yaml``."""
 
-    methods: Names = ("narx", "pseudo_integrator", "complementary_filter", "gyro_integration")
+    methods: Names = ("narx", "leaky_integrator", "pseudo_integrator", "complementary_filter")
     checkpoint: FilePath | None = None
     remove_static_bias: bool = True
     evaluation: Evaluation = Evaluation()
     method: Annotated[Any, Components(OrientationMethod)]
+    model_as_printed: Annotated[Any, Component(ModelSettings)]
+    forms: dict[Name, dict[Name, Any] | None] = {}
+    choose: bool = True
     grid: dict[Name, dict[Name, Annotated[tuple[Any, ...], Field(min_length=1)]]] = {}
     report: Annotated[Any, Component(Report)]
 

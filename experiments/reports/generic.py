@@ -18,6 +18,7 @@ from narx.experiments.gathered import Gathered
 from narx.experiments.reports.report import Report, Section
 from narx.experiments.reports.strides import Strides
 from narx.experiments.reports.tham_wording import against_print
+from narx.experiments.tables.chosen import chosen_table
 from narx.experiments.tables.comparison import comparison_table
 from narx.experiments.tables.drift import drift_table
 from narx.experiments.tables.quality import coverage_table
@@ -131,7 +132,7 @@ class GenericReport(Report):
         ]
         knees = results["segment"].str.startswith("knee").any()
         if knees and set(results["dataset"]) == {"simulated_gait"}:
-            sections += tham_tables(results, cfg.evaluation.skip_s)
+            sections += tham_tables(results, cfg.evaluation.skip_s, not_causal=gathered.not_causal)
             if "narx" in cfg.methods:
                 sections.append(interval_table(results, seed=cfg.seed))
                 sections += against_print(comparison_with_print(results), cfg, True)
@@ -192,9 +193,10 @@ def comparison_sections(cfg: DictConfig, gathered: Gathered) -> list[Section]:
     """
     against = "narx" if "narx" in cfg.methods else str(cfg.methods[0])
     tables: list[Table | None] = [
-        comparison_table(gathered.results, quantity, against, cfg.seed)
+        comparison_table(gathered.results, quantity, against, cfg.seed, gathered.not_causal)
         for quantity in ("precision_deg", "rmse_deg")
     ]
     tables.append(drift_table(gathered.evaluated, cfg.methods, seed=cfg.seed))
     tables.append(coverage_table(gathered.evaluated))
+    tables.append(chosen_table(gathered.chosen))
     return [table for table in tables if table is not None]

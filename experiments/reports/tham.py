@@ -120,7 +120,7 @@ class ThamReport(Report):
         sections: list[Section] = [
             f"Scored from {skip_s:g} s after the start of each trial on, without samples whose "
             "markers were hidden; error = reference - estimate.",
-            *tham_tables(results, skip_s, _subjects(cfg, results)),
+            *tham_tables(results, skip_s, _subjects(cfg, results), gathered.not_causal),
         ]
         if "narx" in set(results["method"]):
             sections.append(interval_table(results, seed=cfg.seed))

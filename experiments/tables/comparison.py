@@ -1,9 +1,11 @@
 """All methods side by side on any source: mean over subjects, interval, and test against one."""
 
+from collections.abc import Container
+
 import pandas as pd
 
 from narx.evaluation.significance import bootstrap_mean, paired_test
-from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.method_labels import method_block, method_label, method_order
 from narx.experiments.tables.subjects import over_subjects, subject_means
 from narx.experiments.tables.table import Table, shown
 from narx.kinematics.segment_angles import AXES
@@ -35,9 +37,9 @@ def comparison(
     -------
     pandas.DataFrame
         One row per segment (both sides together), axis and method: ``n`` subjects, ``n_trials``,
-        ``mean``, ``sd``, ``low``, ``high`` (95 % interval), ``difference`` from `against` (method
-        minus `against`) with ``difference_low`` and ``difference_high``, ``p`` (permutation),
-        ``p_wilcoxon``, ``smallest_p``.
+        ``mean``, ``sd``, ``low``, ``high`` (95 % interval), ``lag_ms`` (mean), ``difference`` from
+        `against` (method minus `against`) with ``difference_low`` and ``difference_high``, ``p``
+        (permutation), ``p_wilcoxon``, ``smallest_p``.
     """
     sided = results.assign(segment=results["segment"].map(kind_of))
     means = subject_means(sided, ("segment", "axis", "method"))
@@ -46,13 +48,17 @@ def comparison(
         for axis in AXES:
             here = means[(means["segment"] == segment) & (means["axis"] == axis)]
             table = here.pivot(index="subject", columns="method", values=quantity)
+            lags = here.groupby("method")["lag_ms"].mean()
             for method in method_order(here["method"]):
+                own = method.replace("_heading_zero", "")
+                if own != method and own in table and table[own].equals(table[method]):
+                    continue  # the tilt of a single segment does not depend on its heading
                 values = table[method]
                 interval = bootstrap_mean(values.to_numpy(), seed=seed)
                 row: dict[str, object] = {"segment": segment, "axis": axis, "method": method}
                 row |= {"n": interval.n, "n_trials": _trials(here, method)}
                 row |= {"mean": interval.mean, "sd": over_subjects(values)[1]}
-                row |= {"low": interval.low, "high": interval.high}
+                row |= {"low": interval.low, "high": interval.high, "lag_ms": lags[method]}
                 if method != against and against in table:
                     test = paired_test(values.to_numpy(), table[against].to_numpy(), seed=seed)
                     row |= {
@@ -65,8 +71,8 @@ def comparison(
                     }
                 rows.append(row)
     columns = [
-        "segment", "axis", "method", "n", "n_trials", "mean", "sd", "low", "high", "difference",
-        "difference_low", "difference_high", "p", "p_wilcoxon", "smallest_p",
+        "segment", "axis", "method", "n", "n_trials", "mean", "sd", "low", "high", "lag_ms",
+        "difference", "difference_low", "difference_high", "p", "p_wilcoxon", "smallest_p",
     ]  # fmt: skip
     return pd.DataFrame(rows, columns=columns)
 
@@ -76,7 +82,11 @@ def _trials(here: pd.DataFrame, method: str) -> int:
 
 
 def comparison_table(
-    results: pd.DataFrame, quantity: str = "rmse_deg", against: str = "narx", seed: int = 0
+    results: pd.DataFrame,
+    quantity: str = "rmse_deg",
+    against: str = "narx",
+    seed: int = 0,
+    not_causal: Container[str] = (),
 ) -> Table:
     """Format `comparison` as a table.
 
@@ -90,6 +100,8 @@ def comparison_table(
         Method that the others are tested against.
     seed : int
         Of bootstrap and permutations.
+    not_causal : container of str
+        Rows that look ahead.
 
     Returns
     -------
@@ -102,7 +114,8 @@ def comparison_table(
         {
             "Segment": frame["segment"],
             "Axis": frame["axis"],
-            "Method": frame["method"].map(method_label),
+            "Block": frame["method"].map(method_block),
+            "Method": [method_label(row, not_causal) for row in frame["method"]],
             "subjects": frame["n"],
             "trials": frame["n_trials"],
             "mean": frame["mean"],
@@ -114,8 +127,9 @@ def comparison_table(
             ),
             "p": frame["p"],
             "p Wilcoxon": frame["p_wilcoxon"],
+            "lag (ms)": frame["lag_ms"],
         }
-    ).set_index(["Segment", "Axis", "Method"])
+    ).set_index(["Segment", "Axis", "Block", "Method"])
     name = QUANTITIES.get(quantity, quantity)
     unit = "" if quantity == "r" else " (°)"
     smallest = frame["smallest_p"].min()
@@ -124,9 +138,13 @@ def comparison_table(
         f"{name}{unit} by method, over subjects",
         printed,
         {"mean": digits, "SD": digits, f"less {method_label(against)}": digits}
-        | {"p": 3, "p Wilcoxon": 3},
+        | {"p": 3, "p Wilcoxon": 3, "lag (ms)": 0},
         "Trials and sides are averaged within subjects first. Intervals: expanded percentile "
-        f"bootstrap over subjects; p: exact permutation of paired differences.{least}",
+        f"bootstrap over subjects; p: exact permutation of paired differences.{least} "
+        "Lag: by how much the estimate comes late, to first order; a phase error counts as one. "
+        "Blocks: as each paper prints it, and with the ingredients that the network has. Heading 0 "
+        "or leak: what became of a filter's own, where that changes the angle. Chosen: parameters, "
+        "on the training part of each fold.",
     )
 
 

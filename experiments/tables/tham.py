@@ -6,13 +6,13 @@ subjects); *RMSE* and *r* are mean and SD over subjects. The paper is not explic
 the error; see ``experiments/published/README.md``.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 import pandas as pd
 
 from narx.errors import UserError
 from narx.evaluation.significance import bootstrap_mean
-from narx.experiments.method_labels import method_label, method_order
+from narx.experiments.method_labels import BLOCKS, method_block, method_label, method_order
 from narx.experiments.published import published
 from narx.experiments.tables.subjects import condition_order, over_subjects, subject_means
 from narx.experiments.tables.table import Table
@@ -77,21 +77,27 @@ def demographics_table(subjects: Iterable[Mapping[str, object]]) -> Table:
     )
 
 
-def _axis_table(knees: pd.DataFrame, axis: str, number: int, note: str) -> Table:
+def _axis_table(
+    knees: pd.DataFrame, axis: str, number: int, note: str, not_causal: Container[str]
+) -> Table:
     means = subject_means(knees[knees["axis"] == axis], ("condition", "method"))
     printed = _printed()
     rows = []
     for condition in condition_order(means["condition"]):
         for method in method_order([*_METHODS, *means["method"]]):
             subjects = means[(means["condition"] == condition) & (means["method"] == method)]
-            row: dict[str, object] = {"Speed": condition.capitalize()}
-            row["Method"] = method_label(method)
+            row: dict[str, object] = {
+                "Block": method_block(method),
+                "Speed": condition.capitalize(),
+                "Method": method_label(method, not_causal),
+            }
             row["n"] = int(subjects["rmse_deg"].notna().sum())
             error = over_subjects(subjects["bias_deg"])[0]
             precision = over_subjects(subjects["precision_deg"])[0]
             rmse, r = over_subjects(subjects["rmse_deg"]), over_subjects(subjects["r"])
             row |= dict(zip(_COLUMNS, (error, precision, *rmse, *r), strict=True))
-            paper = printed.get((axis, condition, method), {})
+            # print's figures are of its own network
+            paper = printed.get((axis, condition, method.removesuffix("_as_printed")), {})
             row |= {
                 f"paper {name}": paper.get(column, float("nan"))
                 for name, column in zip(_COLUMNS, _PRINTED, strict=True)
@@ -100,7 +106,9 @@ def _axis_table(knees: pd.DataFrame, axis: str, number: int, note: str) -> Table
     return Table(
         f"Table {number}. Error (°), RMSE (°) and correlation coefficient (r) between the methods "
         f"and the reference, knee angle in the {axis} plane",
-        pd.DataFrame(rows).set_index(["Speed", "Method"]),
+        pd.DataFrame(
+            [row for block in BLOCKS for row in rows if row["Block"] == block],
+        ).set_index(["Block", "Speed", "Method"]),
         _DECIMALS,
         note,
     )
@@ -110,6 +118,7 @@ def tham_tables(
     results: pd.DataFrame,
     skip_s: float,
     subjects: Iterable[Mapping[str, object]] | None = None,
+    not_causal: Container[str] = (),
 ) -> list[Table]:
     """Tables 1 to 4 with the printed values.
 
@@ -121,6 +130,8 @@ def tham_tables(
         Seconds left out at the start of each trial, for the notes below the tables.
     subjects : iterable of mapping, optional
         For Table 1 (`demographics_table`); left out if not given.
+    not_causal : container of str
+        Rows that use later samples.
 
     Returns
     -------
@@ -141,7 +152,8 @@ def tham_tables(
     )
     tables = [] if subjects is None else [demographics_table(subjects)]
     return tables + [
-        _axis_table(knees, axis, number, note) for number, axis in enumerate(AXES, start=2)
+        _axis_table(knees, axis, number, note, not_causal)
+        for number, axis in enumerate(AXES, start=2)
     ]
 
 

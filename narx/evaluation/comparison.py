@@ -236,6 +236,29 @@ def _knee_angles(thigh_rad: FloatArray, shank_rad: FloatArray) -> FloatArray:
     return angles
 
 
+def lag_s(error: FloatArray, slope: FloatArray) -> float:
+    """Estimate by how much an angle comes late.
+
+    Parameters
+    ----------
+    error : ndarray, shape (N,)
+        Reference less estimate; NaN where missing.
+    slope : ndarray, shape (N,)
+        Derivative of the reference by time, 1/s.
+
+    Returns
+    -------
+    float
+        s; positive where the estimate is late, NaN where the reference does not move. To first
+        order ``reference(t) - reference(t - lag) = lag * slope``, so it is the regression
+        coefficient of the error on the slope; a phase that is not that of a delay counts as one.
+    """
+    there = np.isfinite(error) & np.isfinite(slope)
+    slope = slope[there] - slope[there].mean() if there.any() else slope[there]
+    size = float(slope @ slope)
+    return float(slope @ error[there]) / size if size > 0.0 else float("nan")
+
+
 def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
     """Compare every method with the reference, axis by axis.
 
@@ -251,6 +274,9 @@ def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
         ``n_samples`` 0 and NaN.
     """
     table = []
+    slope = np.full_like(evaluated.reference_rad, np.nan)
+    if len(slope) > 1:
+        slope = np.gradient(evaluated.reference_rad, 1.0 / evaluated.sampling_rate_hz, axis=0)
     for method in evaluated.estimates_rad:
         estimate = evaluated.nearest(method)
         for axis, name in enumerate(AXES):
@@ -259,5 +285,7 @@ def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
             )
             row = {key: getattr(evaluated, key) for key in NAMES[:5]}
             row |= {"axis": name, "method": method, **vars(result)}
+            error = evaluated.reference_rad[:, axis] - estimate[:, axis]
+            row["lag_ms"] = 1e3 * lag_s(error[evaluated.scored], slope[evaluated.scored, axis])
             table.append({key: row[key] for key in COLUMNS})
     return table

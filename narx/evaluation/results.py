@@ -12,7 +12,9 @@ from narx.files import atomic_path
 from narx.kinematics.segment_angles import AXES
 
 NAMES = ("dataset", "subject", "condition", "trial", "segment", "axis", "method")
-NUMBERS = ("bias_deg", "precision_deg", "rmse_deg", "r", "loa_lower_deg", "loa_upper_deg")
+NUMBERS = (
+    "bias_deg", "precision_deg", "rmse_deg", "r", "loa_lower_deg", "loa_upper_deg", "lag_ms"
+)  # fmt: skip
 COLUMNS = (*NAMES, "n_samples", *NUMBERS)
 
 
@@ -89,7 +91,7 @@ def read_results(path: str | os.PathLike[str]) -> pd.DataFrame:
         possible = (number.abs() <= limit) | (text == "")
         if column in ("precision_deg", "rmse_deg"):
             possible &= (number >= 0) | (text == "")
-        expected = "a correlation" if column == "r" else "degrees"
+        expected = {"r": "a correlation", "lag_ms": "milliseconds"}.get(column, "degrees")
         _check(possible, text, path, f"{expected} or nothing")
         table[column] = number
     return _typed(table)

@@ -75,6 +75,11 @@ class NarxMethod(OrientationMethod):
         self.smoothing = smoothing
         self._composition = Composition(self.start_up, washout_s, smoothing)
 
+    @property
+    def causal(self) -> bool:
+        """Whether an angle depends on nothing that comes later."""
+        return not self.smoothing and self.axis_scaling == "training"
+
     def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
         """Predict the standard deviation of the error at every sample.
 

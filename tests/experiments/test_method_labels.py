@@ -1,4 +1,4 @@
-from narx.experiments.method_labels import method_colour, method_label, method_order
+from narx.experiments.method_labels import method_block, method_colour, method_label, method_order
 
 NAMES = (
     "narx", "narx_smoothed", "gyro_integration", "pseudo_integrator", "complementary_filter",
@@ -14,8 +14,23 @@ def test_every_method_has_its_own_label_and_colour():
 
 def test_order():
     assert method_order(["zeta", "vqf", "narx", "alpha", "complementary_filter", "narx"]) == [
-        "complementary_filter", "narx", "vqf", "alpha", "zeta",
+        "complementary_filter", "vqf", "alpha", "zeta", "narx",
     ]  # fmt: skip
+    rows = ["vqf_same", "vqf", "vqf_chosen", "vqf_heading_zero", "vqf_same_chosen", "narx"]
+    assert method_order(rows) == [
+        "vqf", "vqf_chosen", "vqf_heading_zero", "narx", "vqf_same", "vqf_same_chosen",
+    ]  # fmt: skip
+
+
+def test_a_row_says_its_form():
+    assert method_label("vqf_heading_zero_chosen") == "VQF, heading 0, chosen"
+    assert method_label("vqf_same") == "VQF, heading leak"
+    assert method_label("leaky_integrator_same") == "Leaky integrator"
+    assert method_label("giof", {"giof"}) == "GIOF, not causal"
+    assert method_block("leaky_integrator_same_chosen") == method_block("narx")
+    assert method_block("leaky_integrator_chosen") == method_block("narx_as_printed")
+    assert method_block("narx") != method_block("vqf")
+    assert method_colour("vqf_same_chosen") == method_colour("vqf")
 
 
 def test_an_unknown_method_keeps_its_colour():

@@ -159,3 +159,29 @@ def test_whole_turns_are_not_errors():
     wound_up = replace(trial, estimates_rad=turned)
     for method in trial.estimates_rad:
         np.testing.assert_allclose(wound_up.error_deg(method), trial.error_deg(method), atol=1e-9)
+
+
+def test_a_late_angle_has_its_lag_in_milliseconds():
+    """Exact for a shift small against the movement; a bias and another scale do not count."""
+    late = 0.004
+    time_s = np.arange(2000) / 100.0
+    shape = np.array([0.4, 0.1, 0.1])
+    angles = np.sin(2 * np.pi * time_s[:, None] + np.arange(3.0)) * shape
+    shifted = np.sin(2 * np.pi * (time_s[:, None] - late) + np.arange(3.0)) * shape + 0.3
+    shifted[300:320] = np.nan
+    walked = replace(
+        walk("thigh_right"),
+        time_s=time_s,
+        reference_rad=angles,
+        estimates_rad={"narx": shifted, "vqf": angles},
+        scored=time_s >= 2.0,
+        std_rad={},
+    )
+    table = rows(walked)
+    np.testing.assert_allclose([row["lag_ms"] for row in table[:3]], 1e3 * late, rtol=2e-3)
+    np.testing.assert_allclose([row["lag_ms"] for row in table[3:]], 0.0, atol=1e-9)
+
+
+def test_a_reference_that_does_not_move_shows_no_lag():
+    still = replace(walk("thigh_right"), reference_rad=np.zeros((N, 3)))
+    assert all(np.isnan(row["lag_ms"]) for row in rows(still))

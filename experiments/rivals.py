@@ -1,0 +1,132 @@
+"""The methods beside the network: every form of each, default and chosen."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from narx.datasets.splits import Fold
+from narx.errors import MethodNotApplicableError, UserError
+from narx.evaluation.trial import Refusal
+from narx.experiments.choosing import Prepare, TrainingPart, choose_parameters
+from narx.experiments.forms import CHOSEN, forms_of, grid_of
+from narx.experiments.gathered import Gathered
+from narx.method import OrientationMethod
+
+# one network, run forwards alone or backwards as well, and another one trained as printed
+NETWORK_METHODS = frozenset({"narx", "narx_smoothed", "narx_as_printed"})
+_HEADING_LEAKS = {"heading_leak_rad_s": [0.05, 0.1, 0.2, 0.3, 0.5, 0.8]}
+_TRANSVERSE_ALONE = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Rivals:
+    """Rows of a benchmark that are not networks.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        The benchmark's configuration.
+    settings : mapping of str to dict
+        Of every row with default parameters.
+    grids : mapping of str to mapping
+        What the parameters of a row are chosen from.
+    gathered : Gathered
+        Is given what was chosen.
+    """
+
+    cfg: DictConfig
+    settings: Mapping[str, Mapping[str, Any]]
+    grids: Mapping[str, Mapping[str, list[Any]]]
+    gathered: Gathered
+
+    def methods_for(self, fold: Fold, prepare: Prepare) -> dict[str, OrientationMethod]:
+        """Make the methods of a fold.
+
+        Parameters
+        ----------
+        fold : Fold
+            Its training part chooses parameters; without one there are default rows alone.
+        prepare : callable
+            Loads and calibrates a trial.
+
+        Returns
+        -------
+        dict of str to OrientationMethod
+            By row.
+        """
+        methods = {row: _made(settings) for row, settings in self.settings.items()}
+        if not (self.cfg.choose and self.grids and fold.training):
+            return methods
+        objective = self.cfg.model.objective
+        training = TrainingPart(
+            fold,
+            prepare,
+            self.cfg.training.skip_s,
+            objective.offset_free,
+        )
+        if not training:
+            return methods
+        for row, grid in self.grids.items():
+            settings = dict(self.settings[row])
+            chosen = choose_parameters(settings, grid, training, objective.axis_weights)
+            if settings.get("heading") == "leak":
+                # which the tilt does not show
+                chosen |= choose_parameters(
+                    settings | chosen, _HEADING_LEAKS, training, _TRANSVERSE_ALONE
+                )
+            name = f"{row}_{CHOSEN}"
+            methods[name] = _made(settings | chosen)
+            self.gathered.chosen[fold.name, name] = chosen
+        return methods
+
+
+def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
+    """List the rows that a configuration asks for.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        Holds `methods`, `method`, `forms`, `choose` and `grid`.
+    gathered : Gathered
+        Is told which method's library is not installed.
+
+    Returns
+    -------
+    Rivals
+        Makes the methods, fold by fold.
+
+    Raises
+    ------
+    UserError
+        If a method is unknown.
+    """
+    settings: dict[str, Mapping[str, Any]] = {}
+    grids: dict[str, Mapping[str, list[Any]]] = {}
+    for name in cfg.methods:
+        if name in NETWORK_METHODS:
+            continue
+        if name not in cfg.method:
+            known = ", ".join([*sorted(NETWORK_METHODS), *sorted(cfg.method)])
+            raise UserError(f"methods: no method is named '{name}', expected some of {known}")
+        rows = forms_of(cfg, name)
+        try:
+            for row in rows.values():
+                _made(row)
+        except MethodNotApplicableError as error:
+            gathered.refusals.append(Refusal("every trial", "every segment", name, str(error)))
+            continue
+        settings |= rows
+        if grid := grid_of(cfg, name):
+            grids |= dict.fromkeys(rows, grid)
+    if not settings and gathered.refusals and not NETWORK_METHODS & set(cfg.methods):
+        raise UserError(gathered.refusals[0].reason)
+    return Rivals(cfg, settings, grids, gathered)
+
+
+def _made(settings: Mapping[str, Any]) -> OrientationMethod:
+    method = instantiate(dict(settings), _convert_="all")
+    assert isinstance(method, OrientationMethod)
+    return method

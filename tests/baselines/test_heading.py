@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from narx import baselines
+from narx.baselines.heading import Heading
+from narx.errors import MethodNotApplicableError, UserError
+
+METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
+WITH_HEADING = ("complementary_filter", "giof", "madgwick", "mahony", "vqf")
+
+
+def made(name, **options):
+    if name == "vqf":
+        pytest.importorskip("vqf")
+    both = {"mode": "real_time"} if name == "giof" else {}
+    return METHODS[name](**both, **options)
+
+
+@pytest.mark.parametrize("name", WITH_HEADING)
+def test_tilt_stays_whatever_becomes_of_the_heading(motion, name):
+    turn = motion("half_turn", duration_s=30.0).signals
+    own = made(name).estimate(turn)
+    for treatment in ("zero", "leak"):
+        treated = made(name, heading=treatment).estimate(turn)
+        np.testing.assert_array_equal(treated[:, :2], own[:, :2])
+    assert not made(name, heading="zero").estimate(turn)[:, 2].any()
+
+
+def test_a_leak_is_a_high_pass_of_the_methods_own_heading(motion):
+    turn = motion("half_turn", duration_s=30.0).signals
+    own = made("madgwick").estimate(turn)[:, 2]
+    kept = 1.0 / (1.0 + 0.01 * 0.3)
+    expected = lfilter([kept, -kept], [1.0, -kept], own - own[0])
+    leaked = made("madgwick", heading="leak", heading_leak_rad_s=0.3).estimate(turn)[:, 2]
+    np.testing.assert_allclose(leaked, expected, atol=1e-12)
+
+
+def test_without_a_heading_the_gyroscope_gives_it(motion):
+    """Half a turn appears, and is forgotten with the leak's time constant."""
+    turn, name = motion("half_turn", duration_s=60.0), "complementary_filter"
+    assert np.isnan(made(name).estimate(turn.signals)[:, 2]).all()
+    slow = made(name, coupled=True, heading="leak", heading_leak_rad_s=1e-6)
+    np.testing.assert_allclose(
+        slow.estimate(turn.signals)[:, 2], turn.angles_rad[:, 2], atol=np.deg2rad(5.0)
+    )
+    fast = made(name, coupled=True, heading="leak", heading_leak_rad_s=1.0)
+    assert np.abs(fast.estimate(turn.signals)[-500:, 2]).max() < np.deg2rad(10.0)
+
+
+def test_a_start_up_gives_the_posture_of_the_heading(motion):
+    walk = motion("walking", duration_s=60.0)
+    turned_in = np.array([0.0, 0.0, 0.4])
+    signals = walk.changed(initial_angles_rad=turned_in).signals
+    leaked = made("madgwick", heading="leak", start_up=True).estimate(signals)[3000:, 2]
+    assert leaked.mean() == pytest.approx(0.4, abs=0.03)
+    without = made("madgwick", heading="leak").estimate(signals)[3000:, 2]
+    assert abs(without.mean()) < 0.05
+
+
+@pytest.mark.parametrize("name", WITH_HEADING)
+def test_a_treated_heading_does_not_stream(name):
+    with pytest.raises(MethodNotApplicableError, match="heading=zero is for whole recordings"):
+        made(name, heading="zero").stream(100.0)
+
+
+def test_wrong_treatments_are_one_clear_line():
+    with pytest.raises(UserError, match="heading is 'north', expected one of own, zero, leak"):
+        Heading("north")
+    with pytest.raises(UserError, match=r"heading_leak_rad_s is 0.0, expected a positive number"):
+        Heading("leak", 0.0)

@@ -1,0 +1,97 @@
+"""Parameters are chosen on the training part, and on nothing else."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from narx.baselines.leaky_integrator import LeakyIntegrator
+from narx.datasets.splits import Fold, TrialPart
+from narx.experiments.choosing import TrainingPart, choose_parameters
+
+LEAKS = [0.05, 0.5, 2.0]
+SETTINGS = {"_target_": "narx.baselines.leaky_integrator.LeakyIntegrator"}
+BOTH = (1.0, 1.0, 0.0)
+
+
+def part(trial, start_s=0.0, stop_s=np.inf):
+    return TrialPart("source", "subject", "condition", trial, start_s, stop_s)
+
+
+@pytest.fixture
+def prepare(motion):
+    """Trial '2.0' is what a leak of 2 rad/s makes of the walk, and so on; late, all is spoiled."""
+    walk = motion("walking", duration_s=60.0)
+
+    def prepared(wanted):
+        angles = LeakyIntegrator(float(wanted.trial)).estimate(walk.signals)
+        angles[4000:] = 9.0
+        segment = SimpleNamespace(signals=walk.signals, reference_angles_rad=angles)
+        return SimpleNamespace(time_s=walk.time_s, scored=None), {"thigh_right": segment}
+
+    return prepared
+
+
+def chosen(fold, prepare, **options):
+    training = TrainingPart(fold, prepare, 5.0, **({"offset_free": False} | options))
+    return choose_parameters(SETTINGS, {"leak_rad_s": LEAKS}, training, BOTH)
+
+
+@pytest.mark.parametrize("leak", LEAKS)
+def test_the_best_on_the_training_part_is_taken(prepare, leak):
+    fold = Fold("f", (part(str(leak), 5.0, 30.0),), (part("0.7"),), (part(str(leak), 30.0, 40.0),))
+    assert chosen(fold, prepare) == {"leak_rad_s": leak}
+
+
+def test_the_test_part_and_what_comes_after_training_have_no_say(prepare):
+    seen = []
+
+    def watching(wanted):
+        seen.append(wanted.trial)
+        trial, calibrated = prepare(wanted)
+        signals = calibrated["thigh_right"].signals
+        spoiled = signals.axis_rates_rad_s.copy()
+        spoiled[3000:] = 50.0
+        calibrated["thigh_right"].signals = replace(signals, axis_rates_rad_s=spoiled)
+        return trial, calibrated
+
+    fold = Fold("f", (part("0.5", 5.0, 30.0),), (part("2.0"),))
+    assert chosen(fold, watching) == {"leak_rad_s": 0.5}
+    assert seen == ["0.5"]
+
+
+def test_the_error_is_the_mean_over_trials(prepare):
+    fold = Fold("f", (part("0.5", 5.0, 30.0), part("2.0", 5.0, 30.0)), ())
+    training = TrainingPart(fold, prepare, 5.0, False)
+    alone = [
+        TrainingPart(Fold("f", (one,), ()), prepare, 5.0, False).error_rad(
+            LeakyIntegrator(0.5), BOTH
+        )
+        for one in fold.training
+    ]
+    assert alone[0] == pytest.approx(0.0, abs=1e-12)
+    assert training.error_rad(LeakyIntegrator(0.5), BOTH) == pytest.approx(np.mean(alone))
+
+
+def test_offset_free_takes_the_mean_error_off(prepare):
+    def shifted(wanted):
+        trial, calibrated = prepare(wanted)
+        calibrated["thigh_right"].reference_angles_rad += 0.3
+        return trial, calibrated
+
+    fold = Fold("f", (part("0.5", 5.0, 30.0),), ())
+    for offset_free, expected in ((True, 0.0), (False, 0.3)):
+        training = TrainingPart(fold, shifted, 5.0, offset_free)
+        assert training.error_rad(LeakyIntegrator(0.5), BOTH) == pytest.approx(expected, abs=1e-9)
+
+
+def test_without_a_reference_nothing_is_chosen(prepare):
+    def blind(wanted):
+        trial, calibrated = prepare(wanted)
+        calibrated["thigh_right"].reference_angles_rad = None
+        return trial, calibrated
+
+    fold = Fold("f", (part("0.5"),), ())
+    assert not TrainingPart(fold, blind, 5.0, False)
+    assert chosen(fold, blind) == {}
