@@ -106,7 +106,11 @@ def test_benchmark_leaves_results_summary_and_figures(run_command):
     assert status == 0, err
     results = read_results(directory / "results.csv")
     assert set(results["method"]) == {
-        "narx", "narx_smoothed", "pseudo_integrator", "complementary_filter", "gyro_integration",
+        "narx", "narx_smoothed", "gyro_integration", "gyro_integration_same",
+        "pseudo_integrator", "pseudo_integrator_chosen",
+        "pseudo_integrator_same", "pseudo_integrator_same_chosen",
+        "complementary_filter", "complementary_filter_chosen",
+        "complementary_filter_same", "complementary_filter_same_chosen",
     }  # fmt: skip
     timing = json.loads((directory / "timing.json").read_text())
     assert set(timing["methods_s"]) == set(results["method"])
@@ -126,6 +130,8 @@ def test_benchmark_leaves_results_summary_and_figures(run_command):
     summary = (directory / "summary.md").read_text()
     assert "Table 2" in summary
     assert "lowest RMSE in" in summary
+    assert "PI, not causal" in summary
+    assert "Parameters chosen on the training part of each fold" in summary
     assert "—" in summary or "–" in summary or "| - |" in summary
     assert summary.strip() in out
     assert (directory / "figures" / "waveforms_knee.png").is_file()
