@@ -124,7 +124,10 @@ class Evaluation(Section):
 class Benchmark(Common):
     """As ``configs/benchmark.yaml``."""
 
-    methods: Names = ("narx", "leaky_integrator", "pseudo_integrator", "complementary_filter")
+    methods: Names = (
+        "narx", "narx_as_printed", "leaky_integrator", "pseudo_integrator", "complementary_filter",
+        "gyro_integration", "strapdown", "vqf", "madgwick", "mahony", "constant", "zero",
+    )  # fmt: skip
     checkpoint: FilePath | None = None
     remove_static_bias: bool = True
     evaluation: Evaluation = Evaluation()

@@ -29,7 +29,8 @@ def sections():
         name = path.relative_to(CONFIGS).as_posix()
         if path.parent.name in ("experiment", "hydra", "debug"):
             continue
-        values = {"seed": 0, "data": {"seed": 0}, "file": OmegaConf.load(path)}
+        model = {"start_up": None, "washout_s": None}
+        values = {"seed": 0, "data": {"seed": 0}, "model": model, "file": OmegaConf.load(path)}
         yield from _targets(OmegaConf.create(values)["file"], name)
 
 
@@ -74,7 +75,7 @@ def test_a_command_has_the_schemas_defaults_and_keys(compose_checked, command):
 
 def _compare(schema, cfg, path):
     for name, field in schema.model_fields.items():
-        if field.is_required() or name in ("data_root", "folder", "grid"):
+        if field.is_required() or name in ("data_root", "folder", "grid", "forms"):
             continue  # from the environment, or from the files of the methods
         value, default = cfg[name], field.default
         if isinstance(default, Section):
