@@ -61,7 +61,7 @@ def test_a_start_up_gives_the_posture_of_the_heading(motion):
 @pytest.mark.parametrize("name", WITH_HEADING)
 def test_a_treated_heading_does_not_stream(name):
     with pytest.raises(MethodNotApplicableError, match="heading=zero is for whole recordings"):
-        made(name, heading="zero").stream(100.0)
+        made(name, heading="zero").recursion(100.0, 1, None)
 
 
 def test_wrong_treatments_are_one_clear_line():
