@@ -20,6 +20,7 @@ from narx.files import atomic_path
 RECORD = "run.json"
 _LOCK = ".lock"
 _TRACEBACK = "traceback.txt"
+_PATIENCE_S = 600.0
 
 
 @dataclass
@@ -123,10 +124,7 @@ def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> It
         return
     folder.mkdir(parents=True, exist_ok=True)
     lock = FileLock(folder / _LOCK)
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise UserError(f"{folder}: another process is at work in this folder") from None
+    _wait_for(lock, folder)
     try:
         found = _same_run(folder, wanted, cfg)  # the other process may have ended just now
         if found is not None and found["state"] == "finished":
@@ -141,6 +139,17 @@ def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> It
     finally:
         (folder / _LOCK).unlink(missing_ok=True)
         lock.release()
+
+
+def _wait_for(lock: FileLock, folder: Path) -> None:
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        print(f"{folder}: another process is at work in this folder, waiting for it", flush=True)
+        try:  # a worker whose sweep was killed finishes its job, for one
+            lock.acquire(timeout=_PATIENCE_S)
+        except Timeout:
+            raise UserError(f"{folder}: another process is at work in this folder") from None
 
 
 @contextmanager

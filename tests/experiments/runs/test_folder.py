@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+import threading
+import time
 
 import pytest
 from omegaconf import OmegaConf
@@ -76,7 +78,8 @@ def test_how_a_run_ends_is_written_down_and_it_can_be_done_again(tmp_path, error
     assert not (tmp_path / ".lock").exists()
 
 
-def test_two_processes_do_not_work_in_one_folder(tmp_path):
+def test_two_processes_do_not_work_in_one_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(folders, "_PATIENCE_S", 0.0)
     with claimed(tmp_path, CFG, {}):
         script = (
             "import sys; from filelock import FileLock, Timeout\n"
@@ -89,6 +92,24 @@ def test_two_processes_do_not_work_in_one_folder(tmp_path):
         assert answer.stdout.strip() == "taken"
         with pytest.raises(UserError, match="another process is at work"):
             finish(tmp_path)
+
+
+def test_what_another_process_finishes_meanwhile_is_taken(tmp_path):
+    claimed_first, waited = threading.Event(), []
+
+    def first():
+        with claimed(tmp_path, CFG, {}) as run:
+            claimed_first.set()
+            time.sleep(0.3)
+            run.end("finished", value=2.5)
+
+    thread = threading.Thread(target=first)
+    thread.start()
+    claimed_first.wait()
+    with claimed(tmp_path, CFG, {}) as run:
+        waited.append((run.finished, run.record.get("value")))
+    thread.join()
+    assert waited == [(True, 2.5)]
 
 
 def test_a_record_that_was_tampered_with_is_named(tmp_path):
