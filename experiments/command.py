@@ -1,9 +1,11 @@
 """What every command shares: how it is called, how its run is kept, and how it ends."""
 
 import contextlib
+import cProfile
 import errno
 import functools
 import os
+import pstats
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +18,7 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from narx.errors import UserError, user_error_behind
+from narx.experiments import menu
 from narx.experiments.configuration import checked_configuration, composition_mistake
 from narx.experiments.overrides import readable
 from narx.experiments.runs.folder import claimed
@@ -28,8 +31,11 @@ CONFIG_PATH = "pkg://narx.configs"
 _REFUSED = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
 # as a shell reports a process that Ctrl-C has ended
 INTERRUPTED_STATUS = 130
+# of a profile, the slowest
+_FUNCTIONS_SHOWN = 30
 
 register_resolvers()
+menu.register_resolvers()
 
 
 @contextlib.contextmanager
@@ -146,13 +152,21 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
             print(f"{folder}: finished before, left as it is")
             return run.record.get("value")
         try:
-            value = function(cfg)
+            value = _profiled(function, cfg, folder) if cfg.get("profile") else function(cfg)
         except KeyboardInterrupt:
             if not in_sweep():
                 _print_interrupted(f"the same command with hydra.run.dir={folder} goes on")
                 sys.exit(INTERRUPTED_STATUS)
             raise
         run.end("finished", value=value)
+    return value
+
+
+def _profiled(function: Callable[[DictConfig], object], cfg: DictConfig, folder: Path) -> object:
+    profile = cProfile.Profile()
+    value = profile.runcall(function, cfg)
+    profile.dump_stats(folder / "profile.pstats")
+    pstats.Stats(profile).sort_stats("cumulative").print_stats(_FUNCTIONS_SHOWN)
     return value
 
 

@@ -89,6 +89,7 @@ class Common(Section):
     training: Training = Training()
     prepared: Prepared = Prepared()
     walks: Walks | None = None
+    profile: bool = False
     data: Annotated[Any, Components(TrialSource, (("seed", Seed),))]
     model: Annotated[Any, Component(ModelSettings)]
     optimizer: Annotated[Any, Component(Optimizer)]
@@ -105,12 +106,21 @@ Target = Annotated[
 ]
 
 
+Ignored = Annotated[Any, Field(exclude=True)]
+
+
 class Train(Common):
     """As ``configs/train.yaml``."""
 
     objectives: Annotated[
         tuple[Target, ...], Field(min_length=1, description="a list of at least one")
     ] = ("held_back_error_deg",)
+    # what an experiment says of its benchmark has no effect on training
+    report: Ignored = None
+    methods: Ignored = None
+    method: Ignored = None
+    evaluation: Ignored = None
+    remove_static_bias: Ignored = None
 
 
 class Evaluation(Section):

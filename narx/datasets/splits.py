@@ -168,7 +168,8 @@ def one_window(
     earliest_s, latest_s : float
         Range in s in which the window starts.
     validation_s : float
-        Time after the window that chooses among restarts, s.
+        Time after the window that chooses among restarts, s; 0 leaves that to the end of the
+        window (`training.held_back`).
     subject : str, optional
         Subject to train on; None draws one.
     seed : int
@@ -204,7 +205,7 @@ def one_window(
         f"{training.subject}_{training.condition}_{start_s:.0f}s",
         (training,),
         tuple(_parts(index)),
-        (validation,),
+        (validation,) if validation_s > 0 else (),
     )
 
 

@@ -1,0 +1,76 @@
+"""What `--help` shows: what a command is for, with examples, and every key with its meaning.
+
+Both are read from the comments of the configuration files, so they cannot say anything else.
+"""
+
+from pathlib import Path
+
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import OmegaConf
+
+_CONFIGS = Path(__file__).parents[1] / "configs"
+
+
+def _lines(path: Path) -> list[str]:
+    return path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+
+
+def _is_heading(line: str) -> bool:
+    return line.startswith("#") and not line.startswith("# @package")
+
+
+def _heading(path: Path) -> str:
+    heading = []
+    for line in _lines(path):
+        if not line.startswith("#"):
+            break
+        if _is_heading(line):
+            heading.append(line.removeprefix("#").removeprefix(" "))
+    return "\n".join(heading)
+
+
+def _body(path: Path) -> str:
+    lines = _lines(path)
+    while lines and lines[0].startswith("#"):
+        lines.pop(0)
+    body, skipping = [], False
+    for line in lines:
+        # how the file is put together is no key of the command
+        if not line.startswith((" ", "#")):
+            skipping = line.startswith(("defaults:", "hydra:", "_target_:", "_partial_:"))
+        if not skipping:
+            body.append(line)
+    return "\n".join(body).strip("\n")
+
+
+def _what_it_does() -> str:
+    return _escaped(_heading(_CONFIGS / f"{HydraConfig.get().job.config_name}.yaml"))
+
+
+def _keys() -> str:
+    hydra = HydraConfig.get()
+    files = {"": _CONFIGS / f"{hydra.job.config_name}.yaml"}
+    if any("- common" in line for line in _lines(files[""])):
+        files["of training and benchmark alike"] = _CONFIGS / "common.yaml"
+    parts = [_body(path) for path in files.values()]
+    for group, choice in hydra.runtime.choices.items():
+        for option in [choice] if isinstance(choice, str) else choice or []:
+            path = _CONFIGS / str(group) / f"{option}.yaml"
+            if not str(group).startswith("hydra") and (body := _body(path)):
+                parts.append(f"# {group}={option}\n{_indented(body, str(group))}")
+    return _escaped("\n\n".join(part for part in parts if part))
+
+
+def _indented(body: str, group: str) -> str:
+    key = group.rpartition("/")[2].partition("@")[0]
+    return f"{key}:\n  " + body.replace("\n", "\n  ")
+
+
+def _escaped(text: str) -> str:
+    return text.replace("$", "$$")  # Hydra fills in a template of its own
+
+
+def register_resolvers() -> None:
+    """Make ``${what_it_does:}`` and ``${keys:}`` known to the template of `--help`."""
+    OmegaConf.register_new_resolver("what_it_does", _what_it_does, replace=True)
+    OmegaConf.register_new_resolver("keys", _keys, replace=True)

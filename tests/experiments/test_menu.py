@@ -1,0 +1,50 @@
+"""`--help` names groups, keys and their meaning; presets compose and run."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("command", ["train", "benchmark", "predict", "export", "ablation"])
+def test_help_has_examples_groups_and_meanings(run_command, command):
+    status, out, err, _ = run_command(command, "--help")
+    assert status == 0, err
+    first = (HERE / "configs" / f"{command}.yaml").read_text().splitlines()[0]
+    assert out.splitlines()[0] == first.removeprefix("# ")
+    assert "optimizer: adam, lbfgs, levenberg_marquardt" in out
+    if command == "train":
+        assert "narx-train -m seed=0,1,2" in out
+        assert "seed: 0                        # governs every random number of a run" in out
+        assert "hidden: 3                      # tanh neurons" in out
+
+
+def test_help_follows_the_choice(run_command):
+    _, out, _, _ = run_command("train", "--help", "optimizer=adam")
+    assert "# optimizer=adam" in out
+    assert "learning_rate: 0.003" in out
+
+
+@pytest.mark.slow
+def test_a_window_can_be_learned_by_heart(run_command):
+    status, _, err, directory = run_command("train", "debug=overfit")
+    assert status == 0, err
+    assert json.loads((directory / "metrics.json").read_text())["held_back_error_deg"] < 0.5
+
+
+@pytest.mark.slow
+def test_a_profile_names_where_the_time_goes(run_command):
+    status, out, err, directory = run_command("train", "debug=tiny", "profile=true")
+    assert status == 0, err
+    assert (directory / "profile.pstats").stat().st_size > 0
+    assert "cumulative" in out
+
+
+def test_an_experiment_brings_its_walks_to_training(run_command):
+    status, out, err, _ = run_command(
+        "train", "--cfg", "job", "--resolve", "experiment=abhayasinghe_thigh_angle"
+    )
+    assert status == 0, err
+    assert "protocol: stand_walk_stand" in out
