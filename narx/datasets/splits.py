@@ -151,7 +151,7 @@ def one_window(
     window_s: PositiveSeconds = 10.0,
     earliest_s: Seconds = 20.0,
     latest_s: Seconds = 250.0,
-    validation_s: PositiveSeconds = 20.0,
+    validation_s: Seconds = 20.0,
     subject: Name | None = None,
     seed: Seed = 0,
 ) -> Iterator[Fold]:

@@ -17,7 +17,7 @@ def test_help_has_examples_groups_and_meanings(run_command, command):
     assert "optimizer: adam, lbfgs, levenberg_marquardt" in out
     if command == "train":
         assert "narx-train -m seed=0,1,2" in out
-        assert "seed: 0                        # governs every random number of a run" in out
+        assert "seed: 0                        # sets the three seeds below" in out
         assert "hidden: 3                      # tanh neurons" in out
 
 
