@@ -91,7 +91,9 @@ class TextTable:
             If a cell is something else than a finite number; names line and column.
         """
         cells = self._cells(column)
-        numbers = np.array([_number(cell, self.decimal) for cell in cells])
+        numbers = _plain_numbers(cells) if self.decimal == "." else None
+        if numbers is None:
+            numbers = np.array([_number(cell, self.decimal) for cell in cells])
         wrong = np.flatnonzero(np.isinf(numbers))
         if wrong.size:
             first = int(wrong[0])
@@ -189,7 +191,8 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
     header, units = _header(path, rows[:begin], comments, width, separator)
     body, has_index = _even(path, rows[begin:], line_numbers, len(header))
     names = ["", *header] if has_index else header
-    decimal = _decimal(body, path)
+    # between unquoted commas there is no decimal comma
+    decimal = "." if separator == "," and '"' not in text else _decimal(body, path)
     if separator != ",":
         notes.append(f"fields separated by {_SEPARATORS.get(separator, repr(separator))}")
     if decimal == ",":
@@ -340,6 +343,16 @@ def _decimal(rows: list[list[str]], path: Path) -> str:
             raise RecordingError(f"{path}: numbers with decimal points and with decimal commas")
         return "."
     return "," if commas else "."
+
+
+def _plain_numbers(cells: list[str]) -> FloatArray | None:
+    """Convert cells at once; None where one is something else than a number."""
+    if "_" in "".join(cells):  # what only Python takes for a number
+        return None
+    try:
+        return np.fromiter(map(float, cells), dtype=np.float64, count=len(cells))
+    except ValueError:
+        return None
 
 
 def _number(cell: str, decimal: str) -> float:
