@@ -1,5 +1,6 @@
 """Simulated walking with known truth: the embedded data set, which needs no download."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import ClassVar, Literal
@@ -53,7 +54,7 @@ class SimulatedGait(TrialSource):
     ----------
     subjects : iterable of str, optional
         ``S1`` ... ``S5`` have the height and mass of Table 1 of Tham et al. (2020); ``V1``,
-        ``V2``, ... are drawn at random.
+        ``V2``, ... are drawn at random; ``drawn30`` stands for thirty of these.
     protocol : {"treadmill", "stand_walk_stand"}, optional
         Treadmill: one trial each at ``slow``, ``normal`` and ``fast``, which begins with a
         short stand before the belt starts. Stand-walk-stand: some trials each of ``normal`` and
@@ -116,6 +117,7 @@ class SimulatedGait(TrialSource):
         without: tuple[ErrorSource, ...] = (),
         seed: Seed = 0,
     ) -> None:
+        subjects = _drawn(subjects)
         self.seed = seed
         self.protocol = protocol
         speeds = {"treadmill": SPEEDS_KM_H, "stand_walk_stand": OVERGROUND_SPEED_KM_H}
@@ -383,6 +385,15 @@ class SimulatedGait(TrialSource):
             # one subject's at a time: the next subject's trials follow this one's
             self._calibrations = {subject: parts}
         return self._calibrations[subject]
+
+
+def _drawn(subjects: Iterable[str]) -> tuple[str, ...]:
+    """Write ``drawn30`` out as V1 ... V30."""
+    names: list[str] = []
+    for subject in subjects:
+        many = re.fullmatch(r"drawn([1-9][0-9]{0,3})", subject)
+        names += [f"V{k + 1}" for k in range(int(many[1]))] if many else [subject]
+    return tuple(dict.fromkeys(names))
 
 
 def _check_names(what: str, names: Iterable[str], known: Iterable[str]) -> None:

@@ -37,8 +37,15 @@ class StabilityStatement:
         this angle. (A leg does not turn steadily at its peak rate.)
     contraction_bound : float
         Largest factor by which one step of one axis can increase the distance of two states, in the
-        norm of the operating point, for any hidden activations: below 1 proves that all states
-        converge; above 1 proves nothing.
+        norm of the operating point, for any hidden activations: below 1 proves that all states of
+        an axis with given rates converge; above 1 proves nothing. It proves nothing of coupled
+        axes, whose rates depend on the states.
+    coupled_rates_tried, coupled_rates_apart : int
+        Coupled axes, simulated: constant rates, drawn within 20 deg/s about all three axes, and how
+        many of them keep two random initial states apart (by more than a tenth of their first
+        distance, `contraction_s` later). 0 and 0 where the axes are not coupled.
+    coupled_rate_apart_rad_s : list of float or None
+        The first of these rates; None if all states converge.
     contraction_ratio : float
         Largest distance of two initial states of all axes after `contraction_s`, relative to
         the first, over constant, oscillating and random rates within the range.
@@ -67,6 +74,9 @@ class StabilityStatement:
     rate_range_rad_s: float
     angle_range_rad: float
     contraction_bound: float
+    coupled_rates_tried: int
+    coupled_rates_apart: int
+    coupled_rate_apart_rad_s: list[float] | None
     contraction_ratio: float
     contraction_s: float
     contracts: bool
@@ -78,6 +88,8 @@ class StabilityStatement:
 
 
 _MET = 0.01
+# constant rates about all axes together, as nobody walks: a turn without end, tilted
+_CONSTANT_RATES, _CONSTANT_RATE_RAD_S, _APART = 100, math.radians(20.0), 0.1
 
 
 def stability_statement(model: Narx, n_levels: int = 9, seed: int = 0) -> StabilityStatement:
@@ -111,6 +123,7 @@ def stability_statement(model: Narx, n_levels: int = 9, seed: int = 0) -> Stabil
     leak = 1.0 / (time_constant or duration)
     rates = _rates(model.sampling_rate_hz, duration, rate_range, angle_range, leak, n_levels, seed)
     ratio = _contraction(model, rates, seed)
+    apart = _apart(model, duration, seed)
     excursion, recovery = _excursion(model, rates, duration)
     gain = linear.gain()
     contracts, recovers = ratio < _MET, recovery < _MET
@@ -123,6 +136,9 @@ def stability_statement(model: Narx, n_levels: int = 9, seed: int = 0) -> Stabil
         rate_range_rad_s=float(rate_range),
         angle_range_rad=float(angle_range),
         contraction_bound=linear.contraction_bound(),
+        coupled_rates_tried=_CONSTANT_RATES if model.coupled else 0,
+        coupled_rates_apart=len(apart),
+        coupled_rate_apart_rad_s=apart[0] if apart else None,
         contraction_ratio=ratio,
         contraction_s=duration,
         contracts=contracts,
@@ -238,7 +254,25 @@ def _rates(
 
 
 def _contraction(model: Narx, rates: torch.Tensor, seed: int) -> float:
-    rng = np.random.default_rng(seed)
+    ratio = float(_distances_left(model, rates, np.random.default_rng(seed)).max())
+    return ratio if math.isfinite(ratio) else math.inf
+
+
+def _apart(model: Narx, duration_s: float, seed: int) -> list[list[float]]:
+    """Constant rates that keep two states of coupled axes apart."""
+    if not model.coupled:
+        return []
+    rng = np.random.default_rng([seed, 1])
+    constant = rng.uniform(-_CONSTANT_RATE_RAD_S, _CONSTANT_RATE_RAD_S, (_CONSTANT_RATES, 1, 3))
+    n_samples = math.ceil(duration_s * model.sampling_rate_hz)
+    rates = torch.from_numpy(np.repeat(constant, n_samples, axis=1))
+    left = _distances_left(model, rates, rng)
+    met = left.numpy() <= _APART  # NaN has not met
+    return [rate.tolist() for rate in constant[~met, 0]]
+
+
+def _distances_left(model: Narx, rates: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
+    """Distance of two random states after the rates (B, N, 3), relative to the first, (B,)."""
     shape = (2, len(rates), 3, model.structure.n_state)
     # within +-1 in normalised units: the range of training
     states = torch.from_numpy(rng.uniform(-1.0, 1.0, shape))
@@ -247,9 +281,7 @@ def _contraction(model: Narx, rates: torch.Tensor, seed: int) -> float:
     with torch.no_grad():
         _, one = model(rates, states[0])
         _, other = model(rates, states[1])
-    last = (one - other)[..., n_past:].abs().amax(dim=(1, 2))
-    ratio = float((last / first).max())
-    return ratio if math.isfinite(ratio) else math.inf
+    return (one - other)[..., n_past:].abs().amax(dim=(1, 2)) / first
 
 
 def _excursion(model: Narx, rates: torch.Tensor, duration_s: float) -> tuple[float, float]:

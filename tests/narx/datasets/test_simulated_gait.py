@@ -503,3 +503,10 @@ def test_simulated_joint_angles_resemble_a_real_walk(data_root):
         assert np.corrcoef(mean, recorded)[0, 1] > least_r, name
         difference = (mean - mean.mean()) - (recorded - recorded.mean())
         assert np.sqrt(np.mean(difference**2)) < most_deg, name
+
+
+def test_drawn30_stands_for_thirty_drawn_walkers():
+    source = SimulatedGait(subjects=("S1", "drawn30"), conditions=("normal",))
+    assert source.index()["subject"].tolist() == ["S1", *(f"V{k}" for k in range(1, 31))]
+    with pytest.raises(UserError, match="subject 'drawn0'"):
+        SimulatedGait(subjects=("drawn0",))

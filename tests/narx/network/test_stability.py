@@ -79,3 +79,18 @@ def test_operating_point_of_a_network_with_biases():
     moved, _ = model(small)
     slope = (moved[0, -1, 0] - rest[0, -1, 0]).item() / 1e-5
     assert statement.gain_at_zero_frequency_s == pytest.approx(slope, rel=1e-2)
+
+
+def test_coupled_axes_can_keep_two_states_apart_although_each_axis_contracts():
+    """A steady turn about a tilted axis has more than one end; a bound for an axis is no proof."""
+    pole = math.exp(-1.0 / (RATE_HZ * 5.3))
+    # gain of an integrator: what turns the segment turns the estimate as far
+    gain = 2.0 / 0.4 / RATE_HZ
+    statement = stability_statement(linear_network(pole, 0.0, gain, coupled=True))
+    assert statement.contraction_bound < 1.0
+    assert statement.coupled_rates_tried == 100
+    assert 0 < statement.coupled_rates_apart < 20
+    assert max(map(abs, statement.coupled_rate_apart_rad_s)) <= math.radians(20.0)
+    alone = stability_statement(linear_network(pole, 0.0, gain, coupled=False))
+    assert (alone.coupled_rates_tried, alone.coupled_rates_apart) == (0, 0)
+    assert alone.coupled_rate_apart_rad_s is None
