@@ -1,4 +1,4 @@
-"""Change one choice of the network at a time and tabulate what it brings.
+"""Change one choice of the network at a time and tabulate the effect.
 
 python -m experiments.ablation data_root=DIR
 """
@@ -19,7 +19,7 @@ from narx.recordings.trial import kind_of
 
 
 def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
-    """Put the variants side by side.
+    """Tabulate the variants.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
     Returns
     -------
     Table
-        One row per variant, one column per segment and axis; the worst trial beside the mean.
+        One row per variant, one column per segment and axis; the mean and the worst trial.
     """
     sided = results.assign(segment=results["segment"].map(kind_of))
     where = sided["segment"] + " " + sided["axis"]

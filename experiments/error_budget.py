@@ -1,9 +1,9 @@
-"""Tell what the error of a knee angle on simulated gait is made of.
+"""Break down the error of the knee angle on simulated gait by its sources.
 
 python -m experiments.error_budget
 
 The *floor* is the error, against the markers, of a method that knows the orientation of every
-sensor exactly: what is left is tissue, landmarks and calibration. Beside it stands the network.
+sensor exactly: tissue, landmarks and calibration. It is compared with the network.
 """
 
 from collections.abc import Iterator
@@ -38,19 +38,20 @@ _ESTIMATES = ("floor", "narx")
 
 
 def exact_frame(truth: TrueMotion, segment: str) -> Rotation:
-    """Tell how a sensor really sits on its bone.
+    """Return the true mounting of a sensor on its bone.
 
     Parameters
     ----------
     truth : TrueMotion
-        Of a trial that starts in the calibration posture, in which no tissue is displaced.
+        True motion of a trial that starts in the calibration posture, in which no tissue is
+        displaced.
     segment : str
         Which sensor.
 
     Returns
     -------
     Rotation
-        Takes vectors in the sensor frame to the (not mirrored) anatomical frame.
+        Maps vectors in the sensor frame to the (not mirrored) anatomical frame.
     """
     bone, sensor = (
         Rotation.from_quat(of[segment][0], scalar_first=True)
@@ -60,14 +61,14 @@ def exact_frame(truth: TrueMotion, segment: str) -> Rotation:
 
 
 def exactly_tracked(sensor_wxyz: FloatArray, frame: Rotation, segment: str) -> FloatArray:
-    """Give what a method without any error of its own would say.
+    """Return the estimate of a method without errors of its own.
 
     Parameters
     ----------
     sensor_wxyz : ndarray, shape (N, 4)
         True orientation of the sensor.
     frame : Rotation
-        What the calibration takes for sensor to anatomical frame.
+        Calibrated rotation from sensor to anatomical frame.
     segment : str
         Name; a left one is mirrored.
 
@@ -84,7 +85,7 @@ def exactly_tracked(sensor_wxyz: FloatArray, frame: Rotation, segment: str) -> F
 def knee_errors(
     source: SimulatedGait, calibration: str, method: OrientationMethod, skip_s: float
 ) -> Iterator[dict[str, object]]:
-    """Measure the floor and a method on every knee of a source.
+    """Compute the errors of the floor and of a method on every knee of a source.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def knee_errors(
     calibration : str
         Mode of `narx.calibration.calibrate.calibrate`, or ``exact``.
     method : OrientationMethod
-        Method beside the floor.
+        Method to compare with the floor.
     skip_s : float
         Start of each trial that is not scored, s.
 
@@ -140,7 +141,7 @@ def knee_errors(
 
 
 def budget_tables(errors: pd.DataFrame) -> list[Table]:
-    """Put the variants beside each other, and the knees.
+    """Tabulate the variants, and the knees of the first variant.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def budget_tables(errors: pd.DataFrame) -> list[Table]:
     Returns
     -------
     list of Table
-        Mean RMSE a variant; frontal RMSE of every knee (mean over speeds) in the first variant.
+        Mean RMSE per variant; frontal RMSE of every knee (mean over speeds) in the first variant.
     """
     variants = list(dict.fromkeys(errors["variant"]))
     mean = pd.DataFrame(

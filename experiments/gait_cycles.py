@@ -1,4 +1,4 @@
-"""How many gait cycles a comparison rests on."""
+"""Number of gait cycles in a comparison."""
 
 from dataclasses import dataclass
 
@@ -20,9 +20,9 @@ class GaitCycles:
     Parameters
     ----------
     compared : int
-        From one foot contact to the next, within what is scored.
+        Cycles from one foot contact to the next, within the scored part.
     complete : int
-        Those of them in which the reference misses no sample.
+        Those in which no sample of the reference is missing.
     """
 
     compared: int
@@ -30,17 +30,17 @@ class GaitCycles:
 
 
 def foot_contacts_s(trial: Trial, segment: str, thigh: SegmentSignals) -> FloatArray:
-    """Find when a leg's foot touches the ground.
+    """Find the foot contacts of a leg.
 
     Parameters
     ----------
     trial : Trial
-        Holds the foot contacts, if it is simulated.
+        Contains the foot contacts, if it is simulated.
     segment : str
         A segment or the knee of the leg.
     thigh : SegmentSignals
-        Thigh of the same leg (or the segment itself), in whose gyroscope the contacts are found
-        where the trial does not hold them.
+        Thigh of the same leg (or the segment itself), whose gyroscope gives the contacts if the
+        trial does not contain them.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def gait_cycles(trial: Trial, joint: Evaluated, thigh: SegmentSignals) -> GaitCy
     Returns
     -------
     GaitCycles
-        Zero of both where no walking is found.
+        Zero of both if no walking is found.
     """
     contacts_s = foot_contacts_s(trial, joint.segment, thigh)
     if not contacts_s.size:

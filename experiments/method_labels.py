@@ -1,4 +1,4 @@
-"""How methods are called, ordered and coloured, the same in every table and figure."""
+"""Names, order and colours of methods, the same in every table and figure."""
 
 from collections.abc import Container, Iterable
 
@@ -85,7 +85,7 @@ def method_block(row: str) -> str:
 
 
 def method_label(row: str, not_causal: Container[str] = ()) -> str:
-    """Return the name of a row for people.
+    """Return the display name of a row.
 
     Parameters
     ----------

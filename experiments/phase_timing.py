@@ -1,4 +1,4 @@
-"""Gait phases from one thigh beside the true events: what goes into Tables 2 and 3."""
+"""Gait phases from one thigh compared with the true events, for Tables 2 and 3."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from narx.gait.phases import PHASES, GaitPhases
 
-# a point further than this from every true event belongs to none
+# a point further than this from every true event is not matched
 LARGEST_ERROR_S = 0.3
 
 # what ends or begins the phases by definition (Perry, Gait analysis, 1992): loading response ends

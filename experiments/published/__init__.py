@@ -1,4 +1,4 @@
-"""The papers' own figures as printed; the README beside this file names table and page."""
+"""Values printed in the papers; the README in this folder names table and page."""
 
 from importlib import resources
 

@@ -1,1 +1,1 @@
-"""What a benchmark says of its results: one module a paper, and one for everything else."""
+"""Reports of a benchmark: one module per paper, and a generic one."""

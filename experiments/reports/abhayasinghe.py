@@ -34,13 +34,13 @@ from narx.method import OrientationMethod
 from narx.recordings.trial import Trial, kind_of, side_of
 from narx.types import BoolArray, FloatArray
 
-# of one walk, so that a stride fills the figure
+# length of the example, so that a stride fills the figure
 _STRIDES_SHOWN = 2.0
 
 
 @dataclass(frozen=True)
 class _Example:
-    """The walk that the figures show."""
+    """The walk shown in the figures."""
 
     swing: Swing
     evaluated: Evaluated
@@ -52,18 +52,18 @@ class _Example:
 class AbhayasingheReport(Report):
     """Tables 1 to 3, peaks, phases and cost; Fig. 7 to 11.
 
-    Scored is the walk itself where the source knows it (of a walk with a turn, the part before
-    it), else everything after a settling time; within it, from the reference's first to its last
-    minimum, as in print.
+    The walk itself is scored if the source marks it (up to the turn, if there is one), else
+    everything after a settling time; within it, from the first to the last minimum of the
+    reference, as in the paper.
 
     Parameters
     ----------
     groups : mapping of str to sequence of str, optional
         Subjects of each row of Table 1.
     settling_s : float
-        Start that is not scored where a recording does not begin in the calibration posture, s.
+        Start that is not scored if a recording does not begin in the calibration posture, s.
     method : str
-        Whose figures are set against print.
+        Method to compare with the paper.
     """
 
     expects = "a thigh that walks, with a reference angle"
@@ -102,7 +102,7 @@ class AbhayasingheReport(Report):
         calibrated : mapping of str to CalibratedSegment
             Its segments.
         methods : mapping of str to OrientationMethod
-            Those that ran, by name.
+            Methods that were run, by name.
         evaluated : sequence of Evaluated
             Angles of segments and joints.
 
@@ -167,7 +167,7 @@ class AbhayasingheReport(Report):
             self._operations = operations_per_angle(segment.signals.select(one.scored))
 
     def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
-        """Write the tables and what sets them apart from print.
+        """Write the tables and the differences from the paper.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ class AbhayasingheReport(Report):
         valid = np.isfinite(shown.rate_rad_s)
         rate = np.interp(time_s, time_s[valid], shown.rate_rad_s[valid])
         smooth, _ = smooth_rate_and_derivative(rate, shown.evaluated.sampling_rate_hz)
-        # the first stride of which every point was found
+        # the first stride in which every point was found
         whole = np.isfinite(list(shown.phases.times_s.values())).all(axis=0)
         first = int(np.argmax(whole))
         stride_s = float(np.nanmedian(shown.phases.times_s["g"] - shown.phases.times_s["b"]))

@@ -1,4 +1,4 @@
-"""What is said of the thigh angles of Abhayasinghe et al.: sentences that follow from figures."""
+"""Text on the thigh angles of Abhayasinghe et al., generated from the results."""
 
 import numpy as np
 import pandas as pd
@@ -21,7 +21,7 @@ _VARIANTS = {
     "complementary_filter_real_time": "the same with alpha of 0.999, still without the filter that "
     "print puts before both",
 }
-# beyond this an SD is no error of measurement
+# an SD above this is divergence, not measurement error
 _RUNAWAY_DEG = 15.0
 
 
@@ -37,14 +37,14 @@ _ABOUT_SIMULATION = (
 def against_print(
     trials: pd.DataFrame, peaks: pd.DataFrame, method: str, mean_angle_deg: float, simulated: bool
 ) -> list[Section]:
-    """Say where and why the figures differ from print.
+    """Explain where and why the results differ from the paper.
 
     Parameters
     ----------
     trials, peaks : pandas.DataFrame
         From `narx.experiments.peak_errors.swing_results`.
     method : str
-        Whose figures are set against print.
+        Method to compare with the paper.
     mean_angle_deg : float
         Mean reference angle of the walks, degrees.
     simulated : bool

@@ -1,4 +1,4 @@
-"""The report of any source: all methods side by side, with intervals and tests."""
+"""The report of any source: comparison of all methods, with intervals and tests."""
 
 from collections.abc import Mapping, Sequence
 
@@ -49,7 +49,7 @@ def walking_gyroscope(
     -------
     tuple of (str, ndarray of shape (N,), float), or None
         Names, sagittal rate in rad/s and sampling rate in Hz of the longest stretch of a shank
-        (or thigh) without gaps; None where neither is there.
+        (or thigh) without gaps; None if there is neither.
     """
     for kind in ("shank", "thigh"):
         for name, segment in calibrated.items():
@@ -70,7 +70,7 @@ class GenericReport(Report):
     Parameters
     ----------
     skip_s : float
-        Start of a trial that does not go into the spectrum, s.
+        Start of a trial that is left out of the spectrum, s.
     """
 
     def __init__(self, skip_s: float = 5.0) -> None:
@@ -85,7 +85,7 @@ class GenericReport(Report):
         methods: Mapping[str, OrientationMethod],
         evaluated: Sequence[Evaluated],
     ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
-        """Keep the first walking gyroscope for its spectrum, and the strides; everything counts.
+        """Keep the first walking gyroscope for its spectrum, and the strides; everything is scored.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class GenericReport(Report):
         calibrated : mapping of str to CalibratedSegment
             Its segments.
         methods : mapping of str to OrientationMethod
-            Those that ran, by name.
+            Methods that were run, by name.
         evaluated : sequence of Evaluated
             Angles of segments and joints.
 
@@ -189,7 +189,7 @@ def comparison_sections(cfg: DictConfig, gathered: Gathered) -> list[Section]:
     Returns
     -------
     list of Table
-        Precision and RMSE; drift and coverage where there is something to show.
+        Precision and RMSE; drift and coverage if applicable.
     """
     against = "narx" if "narx" in cfg.methods else str(cfg.methods[0])
     tables: list[Table | None] = [

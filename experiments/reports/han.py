@@ -29,7 +29,7 @@ _FIGURES = {"normal": "figure_6", "abnormal": "figure_7"}
 
 @dataclass(frozen=True)
 class _Walk:
-    """Segments of one leg in one trial, from the first that moves to the last that stops."""
+    """Segments of one leg in one trial, from the first movement to the last."""
 
     segments: list[tuple[str, Evaluated]]
     start_s: float
@@ -43,8 +43,8 @@ class _Walk:
 class HanReport(Report):
     """Tables I and II, Fig. 6 to 8, scored from start A to stop B of walking.
 
-    A and B are those that the 2-point method finds on each segment. A walk that turns is scored
-    to the turn: the drift line still runs to B, where the walker stands again.
+    A and B are found by the 2-point method on each segment. A walk with a turn is scored up to the
+    turn; the drift line still extends to B, where the walker stands again.
     """
 
     expects = "a thigh or shank that stands still before and after its walk"
@@ -64,7 +64,7 @@ class HanReport(Report):
         methods: Mapping[str, OrientationMethod],
         evaluated: Sequence[Evaluated],
     ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
-        """Find A and B on every thigh and shank; what lies between counts.
+        """Find A and B on every thigh and shank; the part between them is scored.
 
         Parameters
         ----------
@@ -73,14 +73,15 @@ class HanReport(Report):
         calibrated : mapping of str to CalibratedSegment
             Its segments.
         methods : mapping of str to OrientationMethod
-            Those that ran; ``two_point`` among them finds A and B, else one with its defaults.
+            Methods that were run; A and B come from ``two_point`` among them, else from one with
+            defaults.
         evaluated : sequence of Evaluated
             Angles of segments and joints.
 
         Returns
         -------
         evaluated : sequence of Evaluated
-            Thighs and shanks with a walk between two stands, scored there.
+            Thighs and shanks with a walk between two standing parts, scored over the walk.
         refusals : sequence of Refusal
             The others.
         """
@@ -112,7 +113,7 @@ class HanReport(Report):
         return scored, refusals
 
     def _turn_s(self, trial: Trial, stop_s: float) -> float:
-        """End of what is scored: B, or the turn where the walk has one."""
+        """End of the scored part: B, or the turn if there is one."""
         if trial.straight or trial.walking_s is None:
             return stop_s
         turn_s = trial.walking_s[1] - float(trial.time_s[0])
@@ -135,7 +136,7 @@ class HanReport(Report):
                 )
 
     def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
-        """Write Tables I and II and what sets them apart from print.
+        """Write Tables I and II and the differences from the paper.
 
         Parameters
         ----------

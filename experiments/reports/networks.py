@@ -1,4 +1,4 @@
-"""What is said of a trained network."""
+"""Text and figure on a trained network."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,7 +8,7 @@ from narx.inference.checkpoint import Checkpoint
 
 
 def about_network(fold: str, network: Checkpoint) -> str:
-    """Say in one sentence how a network was trained.
+    """Describe in one sentence how a network was trained.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def about_network(fold: str, network: Checkpoint) -> str:
     Returns
     -------
     str
-        Training data, starts and held-back error, or where the network comes from.
+        Training data, starts and held-out error, or the origin of the network.
     """
     history = network.history
     if "report" not in history:
@@ -37,19 +37,19 @@ def about_network(fold: str, network: Checkpoint) -> str:
 
 
 def training_history_figure(network: Checkpoint, title: str) -> Figure:
-    """Draw how the kept restart of a network was trained.
+    """Draw the training history of the best restart of a network.
 
     Parameters
     ----------
     network : Checkpoint
         With a training report in its history.
     title : str
-        Above the panels.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Cost, damping and gradient, whatever the optimizer recorded.
+        Cost, damping and gradient, as far as the optimizer recorded them.
     """
     history = network.history["report"]["history"]
     names = list(history[0]) if history else []

@@ -1,4 +1,4 @@
-"""What methods cost: operations per sample and angle, counted while they run."""
+"""Cost of the methods: operations per sample and angle, counted while they run."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -14,8 +14,8 @@ from narx.baselines.two_point import TwoPoint
 from narx.method import OrientationMethod, SegmentSignals
 from narx.types import BoolArray
 
-# What print counts: the bare recursions, by the papers' rules and for one angle where they can
-# be run for one; the low-pass filter that GIOF's real-time form puts before it is a row of its own.
+# As counted in the papers: the bare recursions, by the papers' rules and for one angle if possible;
+# the low-pass filter of real-time GIOF is a separate row.
 _COUNTED: Mapping[str, OrientationMethod] = MappingProxyType(
     {
         "giof": Giof(mode="real_time", axes=("sagittal",), low_pass_hz=None),
@@ -26,7 +26,7 @@ _COUNTED: Mapping[str, OrientationMethod] = MappingProxyType(
         "two_point": TwoPoint(),
     }
 )
-# the counting runs in plain Python; a few strides say what a walk takes
+# counting runs in plain Python; a few strides represent a walk
 _LONGEST_S = 5.0
 
 
@@ -36,7 +36,7 @@ def operations_per_angle(signals: SegmentSignals) -> dict[str, dict[str, float]]
     Parameters
     ----------
     signals : SegmentSignals
-        A walk; samples with something missing are left out, and all after the first seconds.
+        A walk; samples with missing values are left out, and all after the first seconds.
 
     Returns
     -------

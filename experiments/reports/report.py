@@ -1,4 +1,4 @@
-"""The one interface of all reports: look at every trial, then say what came out."""
+"""The common interface of all reports: observe every trial, then report the results."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -15,18 +15,18 @@ from narx.experiments.tables.table import Table
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial
 
-# what a summary is made of: a paragraph or a table
+# a part of a summary: a paragraph or a table
 Section = str | Table
 
 
 class Report(ABC):
     """Tables, figures and text of one kind of benchmark.
 
-    A report is shown every trial while it is in memory, at its full rate; what it needs for its
-    own tables it takes then.
+    A report receives every trial while it is in memory, at its full rate, and then keeps what it
+    needs for its tables.
     """
 
-    # in the words of a person: what a trial must have for this report
+    # requirement of this report on a trial, for messages
     expects: ClassVar[str] = "a segment with a reference angle"
 
     def observe(
@@ -36,7 +36,7 @@ class Report(ABC):
         methods: Mapping[str, OrientationMethod],
         evaluated: Sequence[Evaluated],
     ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
-        """Look at one trial, and say which of its samples count.
+        """Process one trial, and select the samples to score.
 
         Parameters
         ----------
@@ -45,22 +45,22 @@ class Report(ABC):
         calibrated : mapping of str to CalibratedSegment
             Its segments.
         methods : mapping of str to OrientationMethod
-            Those that ran, by name.
+            Methods that were run, by name.
         evaluated : sequence of Evaluated
             Angles of segments and joints at the full rate.
 
         Returns
         -------
         evaluated : sequence of Evaluated
-            What goes into ``results.csv``: the same, or less.
+            Angles for ``results.csv``: the same, or fewer.
         refusals : sequence of Refusal
-            What of the trial does not fit, and why.
+            Parts of the trial that are not suitable, and why.
         """
         return evaluated, ()
 
     @abstractmethod
     def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
-        """Write what is said of the results.
+        """Write text and tables on the results.
 
         Parameters
         ----------
@@ -72,12 +72,12 @@ class Report(ABC):
         Returns
         -------
         list of str or Table
-            Paragraphs and tables in their order.
+            Paragraphs and tables in order.
 
         Raises
         ------
         UserError
-            If the results hold nothing that the tables are made of.
+            If the results lack the data for the tables.
         """
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""The stride-by-stride part of a report, for whatever walks."""
+"""The stride-by-stride part of a report, for walking trials."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,7 +13,7 @@ from narx.experiments.tables.strides import cycle_table, reliability_table, stri
 from narx.experiments.tables.table import Table
 from narx.recordings.trial import Trial, kind_of
 
-# rows of the figure: more would not fit a page
+# rows of the figure that fit on a page
 SHOWN = ("narx", "leaky_integrator", "vqf", "pseudo_integrator", "complementary_filter")
 
 
@@ -29,7 +29,7 @@ class Strides:
         calibrated: Mapping[str, CalibratedSegment],
         evaluated: Sequence[Evaluated],
     ) -> None:
-        """Cut the strides of a trial's knees, or of its thighs where it has no knee.
+        """Cut the strides of a trial's knees, or of its thighs if it has no knee.
 
         Parameters
         ----------
@@ -51,17 +51,17 @@ class Strides:
                 self._sets.append(strides)
 
     def tables(self, methods: Sequence[str]) -> list[Table]:
-        """Sum up all strides.
+        """Summarise all strides.
 
         Parameters
         ----------
         methods : sequence of str
-            Those that ran.
+            Methods that were run.
 
         Returns
         -------
         list of Table
-            Errors per stride, reliability, tests over the cycle; empty where nothing walked.
+            Errors per stride, reliability, tests over the cycle; empty without walking.
         """
         tables: list[Table | None] = []
         for kind, sets in self._by_kind().items():
@@ -80,7 +80,7 @@ class Strides:
         Parameters
         ----------
         methods : sequence of str
-            Those that ran.
+            Methods that were run.
 
         Returns
         -------

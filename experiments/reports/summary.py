@@ -1,4 +1,4 @@
-"""Write what a report says: summary.md, figures, TensorBoard."""
+"""Write the output of a report: summary.md, figures, TensorBoard."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from narx.experiments.runs.record import write_json
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.files import atomic_path
 
-# reasons differ in their numbers from trial to trial; a person reads the first few
+# reasons differ in their numbers from trial to trial; the first few suffice for a reader
 _REASONS_SHOWN = 8
 
 
@@ -27,7 +27,7 @@ def write_report(
     Parameters
     ----------
     report : Report
-        Has observed all trials.
+        Report that has observed all trials.
     cfg : omegaconf.DictConfig
         The benchmark's configuration.
     gathered : Gathered
@@ -35,17 +35,17 @@ def write_report(
     directory : pathlib.Path
         Run directory.
     log : TensorBoardLog
-        Gets figures and RMSE.
+        Receives figures and RMSE.
 
     Returns
     -------
     str
-        What ``summary.md`` says.
+        Content of ``summary.md``.
 
     Raises
     ------
     UserError
-        If the results hold nothing that the report's tables are made of.
+        If the results lack the data for the report's tables.
     """
     sections: list[Section] = [_heading(gathered), *report.sections(cfg, gathered)]
     sections += [about_network(fold, network) for fold, network in gathered.networks.items()]
@@ -74,7 +74,7 @@ def _heading(gathered: Gathered) -> str:
 
 
 def about_refusals(refusals: Sequence[Refusal]) -> list[str]:
-    """Say which methods did not fit which recordings.
+    """List the methods that were not applicable to recordings.
 
     Parameters
     ----------

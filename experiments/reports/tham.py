@@ -1,4 +1,4 @@
-"""Tham et al.: the knee's three angles by NARX, at three speeds, for minutes."""
+"""Tham et al.: three knee angles by NARX, at three speeds, over minutes of walking."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -37,7 +37,7 @@ class ThamReport(Report):
     Parameters
     ----------
     skip_s : float
-        Start of a trial that does not go into the spectrum of Fig. 3, s.
+        Start of a trial that is left out of the spectrum of Fig. 3, s.
     """
 
     expects = "a knee: thigh and shank of one leg, with a reference"
@@ -64,7 +64,7 @@ class ThamReport(Report):
         calibrated : mapping of str to CalibratedSegment
             Its segments.
         methods : mapping of str to OrientationMethod
-            Those that ran, by name.
+            Methods that were run, by name.
         evaluated : sequence of Evaluated
             Angles of segments and joints.
 
@@ -73,7 +73,7 @@ class ThamReport(Report):
         evaluated : sequence of Evaluated
             The same, if there is a knee.
         refusals : sequence of Refusal
-            Why not, if there is none.
+            The reason, if there is none.
         """
         knees = [one for one in evaluated if one.segment.startswith("knee")]
         if not knees:
@@ -95,12 +95,12 @@ class ThamReport(Report):
 
     @property
     def _gyroscope(self) -> tuple[str, np.ndarray, float] | None:
-        """Of a walk at normal speed, if there is one."""
+        """Gyroscope of a walk at normal speed, if there is one."""
         any_speed = next(iter(self._gyroscopes.values()), None)
         return self._gyroscopes.get("normal", any_speed)
 
     def sections(self, cfg: DictConfig, gathered: Gathered) -> list[Section]:
-        """Write Tables 1 to 4, intervals, cycles and what sets them apart from print.
+        """Write Tables 1 to 4, intervals, cycles and the differences from the paper.
 
         Parameters
         ----------
@@ -169,7 +169,7 @@ class ThamReport(Report):
         Returns
         -------
         dict of str to matplotlib.figure.Figure
-            By file name without suffix; Fig. 7 of every method that was compared.
+            By file name without suffix; Fig. 7 of every compared method.
         """
         figures: dict[str, Figure] = {}
         if self._gyroscope is not None:
@@ -188,7 +188,7 @@ class ThamReport(Report):
 
 
 def _subjects(cfg: DictConfig, results: pd.DataFrame) -> list[dict[str, object]]:
-    """Who walked: bodies of virtual walkers; sex and age of those that are modelled on print."""
+    """Subjects: bodies of virtual walkers; sex and age of those modelled on the paper."""
     printed = published("tham_table_1").set_index("subject")
     people = []
     for subject in results["subject"].unique():

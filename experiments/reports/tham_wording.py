@@ -1,4 +1,4 @@
-"""What is said of Tables 2 to 4 of Tham et al.: sentences that follow from the figures."""
+"""Text on Tables 2 to 4 of Tham et al., generated from the results."""
 
 import pandas as pd
 from omegaconf import DictConfig
@@ -7,24 +7,24 @@ from narx.experiments.method_labels import method_label
 from narx.experiments.reports.report import Section
 from narx.kinematics.segment_angles import AXES
 
-# beyond this an error is a method that lost its way
+# an error above this is divergence
 _RUNAWAY_DEG = 30.0
 
 
 def about_components(count: int, where: str) -> str:
-    """Say how many components Fig. 3 counts.
+    """Describe how many components Fig. 3 shows.
 
     Parameters
     ----------
     count : int
         Major components up to 98 % of the power.
     where : str
-        Whose gyroscope.
+        Source of the gyroscope.
 
     Returns
     -------
     str
-        One sentence, with print's three beside.
+        One sentence, with the paper's three for comparison.
     """
     return (
         f"Fig. 3: {count} components hold 98 % of the power of the sagittal gyroscope ({where}); "
@@ -33,7 +33,7 @@ def about_components(count: int, where: str) -> str:
 
 
 def against_print(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list[Section]:
-    """Say where and why the figures differ from print.
+    """Explain where and why the results differ from the paper.
 
     Parameters
     ----------

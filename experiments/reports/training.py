@@ -1,4 +1,4 @@
-"""What a training leaves beside its checkpoint: results on its own trials, in words and numbers."""
+"""Output of a training besides its checkpoint: results on its own trials, as text and numbers."""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,21 +11,21 @@ from narx.experiments.tables.table import Table
 from narx.inference.checkpoint import Checkpoint
 from narx.kinematics.segment_angles import AXES
 
-# of each joint: enough to see strides, and to draw its errors
+# length of the piece of each joint: enough to show strides and errors
 _PIECE_S = 20.0
 _PIECE_RATE_HZ = 25.0
 ANGLE_COLUMNS = ("trial", "segment", "axis", "method", "time_s", "reference_deg", "estimate_deg")
 
 
 def training_summary(fold: str, network: Checkpoint, results: pd.DataFrame, skip_s: float) -> str:
-    """Sum a training up.
+    """Summarise a training.
 
     Parameters
     ----------
     fold : str
-        Name of what was trained on.
+        Name of the training data.
     network : Checkpoint
-        Trained.
+        Trained network.
     results : pandas.DataFrame
         Columns of ``results.csv``, of the trials trained on.
     skip_s : float
@@ -34,7 +34,7 @@ def training_summary(fold: str, network: Checkpoint, results: pd.DataFrame, skip
     Returns
     -------
     str
-        Markdown: starts and held-back error, then the errors where there is a reference.
+        Markdown: starts and held-out error, then the errors if there is a reference.
     """
     paragraphs = [f"# Training on {fold}", about_network(fold, network)]
     scored = results[results["n_samples"] > 0]
@@ -55,7 +55,7 @@ def training_summary(fold: str, network: Checkpoint, results: pd.DataFrame, skip
 
 
 def pieces(evaluated: Iterable[Evaluated]) -> pd.DataFrame:
-    """Cut a short piece out of every joint, or segment where there is no joint.
+    """Cut a short piece from every joint, or segment if there is no joint.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Measure the engine and its peers in one run, and print what README claims.
+"""Measure the engine and its peers in one run, and print the numbers quoted in the README.
 
 python -m experiments.speed
 
-OPENBLAS_CORETYPE and OPENBLAS_L2_SIZE are unset before numpy is imported: where an environment
-sets them, numpy is slower than it need be, and so would be the peers that rest on it.
+OPENBLAS_CORETYPE and OPENBLAS_L2_SIZE are unset before numpy is imported: if they are set, numpy is
+slower than necessary, and so are the peers that use it.
 """
 
 # ruff: noqa: E402
@@ -62,14 +62,14 @@ class Timing:
 
 
 def timed(work: Callable[[], Any], repeats: int, scale: float = 1.0) -> Timing:
-    """Time a piece of work, after one run that does not count.
+    """Time a piece of work, after one warm-up run.
 
     Parameters
     ----------
     work : callable
-        What to time.
+        Work to time.
     repeats : int
-        How often.
+        Number of runs.
     scale : float
         Factor on the times, for work that is a part of the whole.
 
@@ -89,7 +89,7 @@ def timed(work: Callable[[], Any], repeats: int, scale: float = 1.0) -> Timing:
 
 
 def gait_like(n: int, rate_hz: float = 500.0) -> tuple[FloatArray, FloatArray]:
-    """Make a rate and an angle that look like a thigh's in the sagittal plane, normalised.
+    """Generate a normalised rate and angle similar to those of a thigh in the sagittal plane.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def gait_like(n: int, rate_hz: float = 500.0) -> tuple[FloatArray, FloatArray]:
 
 
 class _Bench:
-    """Signals, a trained network, and the timings so far."""
+    """Signals, a trained network, and the timings."""
 
     def __init__(self, cfg: DictConfig) -> None:
         self.cfg = cfg
@@ -154,7 +154,7 @@ def _closed_loop_jacobian(bench: _Bench, c: CompiledC | None) -> None:
     bench.time("closed_loop_jacobian.narx_8_starts", lambda: bench.closed.products(eight))
     if c is not None:
         bench.time("closed_loop_jacobian.c", c.closed_loop_products(w, v, target))
-        # alternating, so that neither has the quieter minute
+        # alternating, so that load on the machine affects both alike
         bench.time("closed_loop_jacobian.narx", lambda: bench.closed.products(w[None]))
     if not bench.cfg.peers:
         return
@@ -177,7 +177,7 @@ def _open_loop_training(bench: _Bench) -> dict[str, Any]:
     if not cfg.peers:
         return {}
     for name, train in _solvers(bench, n).items():
-        # some stop early: all are taken per step
+        # some stop early: all times are per step
         factor = n / max(train(start, 0.0).n_steps, 1)
         bench.time(f"open_loop_lm.{name}", partial(train, start, 0.0), slow=True, factor=factor)
     return _race(bench)
@@ -271,7 +271,7 @@ def _multi_start(bench: _Bench) -> dict[str, float]:
     bench.time("multi_start.narx", lambda: multi_start(stages, starts, bench.closed), slow=True)
     loop = bench.timings.get("closed_loop_jacobian.torch_scripted_loop")
     if loop is not None:
-        # what its closed-loop gradients alone would take; the table says that it is a product
+        # time of its closed-loop gradients alone; the table marks it as a product
         factor = cfg.n_starts * cfg.iterations
         bench.timings["multi_start.torch_loop"] = Timing(
             factor * loop.median_s, factor * loop.q25_s, factor * loop.q75_s, loop.n

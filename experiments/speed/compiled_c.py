@@ -1,4 +1,4 @@
-"""The closed loop in C, compiled where there is a compiler: what the engine is held against."""
+"""The closed loop in C, if there is a compiler: a benchmark for the engine."""
 
 import ctypes
 import shutil
@@ -22,7 +22,7 @@ class CompiledC:
     Parameters
     ----------
     folder : Path
-        Where the library goes.
+        Folder for the library.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -43,7 +43,7 @@ class CompiledC:
 
     @staticmethod
     def available() -> bool:
-        """Tell whether there is a compiler.
+        """Return whether there is a compiler.
 
         Returns
         -------
@@ -65,7 +65,7 @@ class CompiledC:
         Returns
         -------
         callable
-            Returns products (24, 24), row 19 the residuals'.
+            Returns products (24, 24), row 19 belongs to the residuals.
         """
         products = np.zeros((24, 24))
         arguments = [_pointer(w), _pointer(v), _pointer(target), ctypes.c_long(len(v))]

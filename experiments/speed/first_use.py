@@ -1,4 +1,4 @@
-"""How long the first use takes, which compiles the kernels, and how long any later one."""
+"""Time of the first use, which compiles the kernels, and of later ones."""
 
 import os
 import subprocess
@@ -28,7 +28,7 @@ print(time.perf_counter() - imported)
 
 
 def first_use() -> dict[str, float]:
-    """Compile in a fresh cache, then start again from it.
+    """Time a run with an empty cache, then one with the filled cache.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What the engine is compared with: the same work by other libraries, and by a C compiler.
+"""Peers of the engine: the same work by other libraries, and by a C compiler.
 
 Each function prepares a peer and returns a callable that does the work once, or None if the
 peer is not installed.
@@ -18,7 +18,7 @@ Work = Callable[[], Any]
 
 
 def installed(module: str) -> bool:
-    """Tell whether a peer can be imported.
+    """Return whether a peer can be imported.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def installed(module: str) -> bool:
     Returns
     -------
     bool
-        True if it is there.
+        True if it is installed.
     """
     return importlib.util.find_spec(module) is not None
 
@@ -79,7 +79,7 @@ def torch_gradient(weights: FloatArray, v: FloatArray, target: FloatArray, scrip
 
 
 def torchscript_rollout(weights: FloatArray, v: FloatArray) -> Work:
-    """Run channels through a scripted torch loop, time first as suits it best.
+    """Run channels through a scripted torch loop, time first, the fastest layout.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Least-squares solvers of other libraries on the open-loop fit of a network.
 
-Each is a function ``train(start, level)``: from those weights, for as many steps as it was made
-for, or until the mean square is as low as the level. MINPACK and optimistix know no such limit;
-the first is left by an exception, the second's test for its end is extended.
+Each is a function ``train(start, level)``: from these weights, for a fixed number of steps, or
+until the mean square reaches the level. MINPACK and optimistix have no such limit; the former is
+stopped by an exception, the stopping test of the latter is extended.
 """
 
 from collections.abc import Callable
@@ -19,12 +19,12 @@ from narx.types import FloatArray
 
 @dataclass(frozen=True)
 class Trained:
-    """How far a solver came.
+    """Result of a solver.
 
     Parameters
     ----------
     mean_square : float
-        Of the residuals at the end.
+        Mean square of the residuals at the end.
     n_steps : int
         Evaluations (scipy) or steps.
     """
@@ -121,7 +121,7 @@ def torch_levenberg_marquardt_open_loop(
     Returns
     -------
     callable or None
-        Trains; None where the library is not installed.
+        Trains; None if the library is not installed.
     """
     if not installed("torch_levenberg_marquardt"):
         return None
@@ -161,7 +161,7 @@ def optimistix_open_loop(v: FloatArray, target: FloatArray, iterations: int) -> 
     Returns
     -------
     callable or None
-        Trains; None where the library is not installed.
+        Trains; None if the library is not installed.
     """
     if not (installed("jax") and installed("optimistix")):
         return None
