@@ -36,7 +36,7 @@ speed: $(VENV)/.peers
 $(VENV)/.run: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(PIP) torch
-	$(PIP) --editable .
+	$(PIP) --editable ".[filters]"
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.run
