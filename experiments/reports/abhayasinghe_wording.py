@@ -8,29 +8,29 @@ from narx.experiments.peak_errors import PEAKS
 from narx.experiments.published import published
 from narx.experiments.reports.report import Section
 
-_HEADING = "**Where and why these figures differ from print.** "
+_HEADING = "**Where and why these results differ from the paper.** "
 _VARIANTS = {
-    "giof": "offset window of 1.5 s, rest has to last",
-    "giof_two_strides": "its offset window follows the cadence, so the amplitude stays as it is",
-    "giof_as_printed": "one sample that passes both tests is believed; at the turning points of a "
+    "giof": "offset window of 1.5 s, minimum duration of rest",
+    "giof_two_strides": "its offset window follows the cadence, so the amplitude is preserved",
+    "giof_as_printed": "one sample that passes both tests suffices; at the turning points of a "
     "swing the rate passes through zero while the thigh accelerates",
     "giof_real_time": "causal: a low-pass filter of 10 Hz, which delays by some 20 ms, and a "
     "static offset instead of the moving average",
-    "complementary_filter": "no filter before it and the accelerometer at every sample, but so "
-    "faintly (alpha of 0.9999) that over seconds it is the integrated gyroscope",
-    "complementary_filter_real_time": "the same with alpha of 0.999, still without the filter that "
-    "print puts before both",
+    "complementary_filter": "no prefilter and the accelerometer at every sample, but with so "
+    "small a weight (alpha of 0.9999) that over seconds it is the integrated gyroscope",
+    "complementary_filter_real_time": "the same with alpha of 0.999, still without the prefilter "
+    "of the paper",
 }
 # an SD above this is divergence, not measurement error
 _RUNAWAY_DEG = 15.0
 
 
 _ABOUT_SIMULATION = (
-    "The walkers are virtual (docs/simulator.md) and have no sex: the rows of Table 1 hold as many "
-    "of them as print has men and women. Their reference follows the bone, through markers on the "
-    "skin, and the sensor sits on soft tissue elsewhere on the thigh; in print both were one box. "
-    "Every walk begins and ends in standing within a few steps, so that starting and stopping are "
-    "in every figure. docs/experiments.md switches these off one at a time."
+    "The walkers are virtual (docs/simulator.md) and have no sex: the rows of Table 1 contain as "
+    "many of them as the paper has men and women. Their reference follows the bone, through "
+    "markers on the skin, and the sensor is on soft tissue elsewhere on the thigh; in the paper "
+    "both were in one box. Every walk begins and ends in standing within a few steps, so that every result "
+    "includes starting and stopping. docs/experiments.md switches these off one at a time."
 )
 
 
@@ -68,8 +68,8 @@ def against_print(
 
 def _about_variants(mean: pd.DataFrame, method: str) -> str:
     lines = [
-        f"Beside {method_label(method)} (mean r {mean['r'][method]:.4f}, SD of error "
-        f"{mean['precision_deg'][method]:.2f}°), what sets the others apart:\n"
+        f"Compared with {method_label(method)} (mean r {mean['r'][method]:.4f}, SD of error "
+        f"{mean['precision_deg'][method]:.2f}°), the other variants:\n"
     ]
     lines += [
         f"- {method_label(name)}: {mean['r'][name]:.4f}, {mean['precision_deg'][name]:.2f}°; "
@@ -86,19 +86,19 @@ def _about_offset(mine: pd.Series, peaks: pd.DataFrame, method: str, mean_angle_
     peak = peaks[peaks["method"] == method].groupby("peak")["error_deg"].mean()
     positive, negative = (peak.get(kind, np.nan) - mine["bias_deg"] for kind in PEAKS)
     scaling = (
-        "the swing comes out too large, the scaling error that print saw in its Fig. 8 as well"
+        "the swing is too large, the scaling error that the paper's Fig. 8 also shows"
         if negative > 0 > positive
-        else "not the scaling error that print saw in its Fig. 8"
+        else "not the scaling error of the paper's Fig. 8"
     )
     return (
-        f"{label}'s RMSE is {mine['rmse_deg']:.2f}° (print {text['rmse_mean_deg']:.2f}°), of "
+        f"{label}'s RMSE is {mine['rmse_deg']:.2f}° (paper {text['rmse_mean_deg']:.2f}°), of "
         f"which {mine['bias_deg']:+.2f}° is a constant error and {mine['precision_deg']:.2f}° "
-        "its SD about that. Integrating a rate less its moving average gives the angle less "
+        "its SD about that. Integrating a rate minus its moving average gives the angle minus "
         "*its* moving average, so a walk loses its mean angle, here "
-        f"{mean_angle_deg:+.1f}°, until the thigh next comes to rest. Print shows no "
-        "such shift, so its waveforms were presumably brought to a common mean, and the SD "
-        f"is what compares. Beyond the constant error the positive peaks are off by "
-        f"{positive:+.2f}° and the negative ones by {negative:+.2f}°: {scaling} (a window that "
+        f"{mean_angle_deg:+.1f}°, until the thigh next comes to rest. The paper shows "
+        "no such shift, so its waveforms were presumably aligned to a common mean, and only the "
+        f"SD is comparable. Beyond the constant error the positive peaks have an error of "
+        f"{positive:+.2f}° and the negative ones of {negative:+.2f}°: {scaling} (a window that "
         "is not a whole number of strides changes the amplitude; docs/methods/giof.md)."
     )
 
@@ -108,16 +108,16 @@ def _about_runaways(precision_deg: pd.Series) -> list[Section]:
     if not ran:
         return []
     return [
-        f"{', '.join(method_label(m) for m in ran)} ran away: minutes of walking with turns, "
-        "integrated about one axis of the thigh, book the turns as flexion, and nothing (or too "
-        "little of the accelerometer) takes that off again. Print's walks are straight and short."
+        f"{', '.join(method_label(m) for m in ran)} diverged: in minutes of walking with turns, "
+        "integrating a single axis makes the turns appear as flexion, and the accelerometer does "
+        "not correct it, or not enough. The paper's walks are straight and short."
     ]
 
 
 def _ranking(r: pd.Series) -> str:
     printed = published("abhayasinghe_table_1").set_index("group")["r_mean"]["All"]
     ours = ", ".join(f"{method_label(name)} {r[name]:.4f}" for name in method_order(r.index))
-    return f"Mean correlation in print: GIOF {float(printed):.4f}. Here: {ours}."
+    return f"Mean correlation in the paper: GIOF {float(printed):.4f}. Here: {ours}."
 
 
 def _published_text() -> pd.Series:

@@ -159,16 +159,16 @@ class HanReport(Report):
         ]
 
     def _how_scored(self, cfg: DictConfig) -> str:
-        bias = "taken off first" if cfg.remove_static_bias else "left in, as in print"
+        bias = "removed first" if cfg.remove_static_bias else "not removed, as in the paper"
         text = (
             f"Scored from start A to stop B of walking, {np.mean(self._walk_s):.1f} s on average; "
             f"error = reference - estimate. The gyroscope's static bias is {bias}."
         )
         if self._turned:
             text += (
-                " A walk that turns is scored until it does, and its transverse axis not at all: "
-                "the method takes the heading at B for that at A. The drift line runs on to B, so "
-                "that what the turn does to the other two axes is in their figures: "
+                " A walk with a turn is scored up to the turn, without its transverse axis: the "
+                "method assumes the same heading at A and B. The drift line extends to B, so that "
+                "the results of the other two axes include the effect of the turn: "
                 f"{'; '.join(self._turned)}."
             )
         return text
@@ -195,16 +195,16 @@ class HanReport(Report):
                     "printed."
                 )
         paragraphs: list[Section] = [
-            "**Where and why these figures differ from print.** " + " ".join(sentences)
+            "**Where and why these results differ from the paper.** " + " ".join(sentences)
         ]
         if "gyro_integration" in found and not cfg.remove_static_bias:
             paragraphs.append(
-                "Plain integration is a matter of the bias at hand: these gyroscopes are off by "
-                f"{np.mean(self._bias_deg_s):.1f} °/s on average, which in the "
-                f"{np.mean(self._until_walk_s):.1f} s before the walk alone comes to "
-                f"{np.mean(np.multiply(self._bias_deg_s, self._until_walk_s)):.0f}° an axis; print "
-                "does not give the bias of its two sensors. With `remove_static_bias=true` both "
-                "methods start from a gyroscope without it."
+                "Plain integration depends on the bias of the sensor: that of these gyroscopes is "
+                f"{np.mean(self._bias_deg_s):.1f} °/s on average, which over the "
+                f"{np.mean(self._until_walk_s):.1f} s before the walk alone gives "
+                f"{np.mean(np.multiply(self._bias_deg_s, self._until_walk_s)):.0f}° per axis; the "
+                "paper does not give the bias of its two sensors. With `remove_static_bias=true` "
+                "both methods start from a gyroscope without it."
             )
         if simulated:
             paragraphs.append(_ABOUT_SIMULATION)
@@ -241,10 +241,10 @@ class HanReport(Report):
 
 _ABOUT_SIMULATION = (
     "The walkers are virtual (docs/simulator.md). Their reference follows the bones, through "
-    "markers on the skin, and the sensors sit on soft tissue elsewhere on the segment; in print "
-    "the markers were stuck to the sensors, which hides soft tissue and calibration. Both show "
-    "most where the segment turns least. How much of each figure is which, measured by switching "
-    "one off at a time, stands in docs/experiments.md."
+    "markers on the skin, and the sensors are on soft tissue elsewhere on the segment; in the "
+    "paper the markers were attached to the sensors, which hides soft tissue and calibration. Both "
+    "matter most where the segment turns least. Their contributions, measured by switching one off "
+    "at a time, are in docs/experiments.md."
 )
 
 
@@ -257,7 +257,7 @@ def _start_and_stop_s(method: TwoPoint, segment: CalibratedSegment) -> tuple[flo
     parts = method.parts(segment.signals)
     if parts.start is None or parts.stop is None:
         raise MethodNotApplicableError(
-            f"{segment.signals.segment} stands still from end to end, expected a walk"
+            f"{segment.signals.segment} is still throughout, expected a walk"
         )
     rate_hz = segment.signals.sampling_rate_hz
     return parts.start / rate_hz, parts.stop / rate_hz

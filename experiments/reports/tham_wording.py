@@ -27,8 +27,8 @@ def about_components(count: int, where: str) -> str:
         One sentence, with the paper's three for comparison.
     """
     return (
-        f"Fig. 3: {count} components hold 98 % of the power of the sagittal gyroscope ({where}); "
-        "print counts 3 and gives the network as many hidden neurons (`model.hidden=auto` does)."
+        f"Fig. 3: {count} components have 98 % of the power of the sagittal gyroscope ({where}); "
+        "the paper finds 3 and uses as many hidden neurons (as `model.hidden=auto` does)."
     )
 
 
@@ -49,7 +49,7 @@ def against_print(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list
     list of str
         Paragraphs.
     """
-    paragraphs: list[Section] = ["**Where and why these figures differ from print.**"]
+    paragraphs: list[Section] = ["**Where and why these results differ from the paper.**"]
     rmse = cells.pivot_table(index=["axis", "condition"], columns="method", values="rmse_deg")
     rmse = rmse.reindex([key for key in rmse.index if key[0] in AXES])
     if "narx" in rmse and rmse.shape[1] > 1:
@@ -62,10 +62,10 @@ def against_print(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list
         paragraphs.append(_about_complementary_filter(known))
     if "gyro_integration" in rmse and rmse["gyro_integration"].max() > _RUNAWAY_DEG:
         paragraphs.append(
-            "Plain integration, which print does not tabulate, ran away (RMSE up to "
-            f"{rmse['gyro_integration'].max():.0f}°): three integrals that do not know of each "
-            "other drift even without any bias, and knee angles are principal values, so what is "
-            "lost altogether comes out near 100° rather than ever larger."
+            "Plain integration, which the paper does not tabulate, diverged (RMSE up to "
+            f"{rmse['gyro_integration'].max():.0f}°): three independent integrals drift even "
+            "without any bias, and knee angles are principal values, so the error of an "
+            "arbitrary orientation is near 100° and does not grow further."
         )
     if simulated:
         paragraphs.append(_ABOUT_SIMULATION)
@@ -75,7 +75,7 @@ def against_print(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list
 def _about_narx(rmse: pd.DataFrame, cells: pd.DataFrame, cfg: DictConfig) -> str:
     others = [str(name) for name in rmse.columns if name != "narx"]
     best = int((rmse["narx"] < rmse[others].min(axis=1)).sum())
-    lines = [f"NARX has the lowest RMSE in {best} of {len(rmse)} planes and speeds (print: all 9)."]
+    lines = [f"NARX has the lowest RMSE in {best} of {len(rmse)} planes and speeds (paper: all 9)."]
     for name in others:
         lower = [" ".join(map(str, key)) for key in rmse.index[rmse[name] < rmse["narx"]]]
         if lower:
@@ -86,9 +86,9 @@ def _about_narx(rmse: pd.DataFrame, cells: pd.DataFrame, cfg: DictConfig) -> str
         lines.append(f"Its RMSE is below the printed one in {below} of {len(mine)}.")
     if cfg.model.odd and cfg.model.coupled:
         lines.append(
-            "This network is not the printed one: it is an odd function, fed with rates that are "
-            "coupled by the tilt estimated so far, and starts from the posture it finds "
-            "(docs/methods); `model=tham_literal` is the printed one."
+            "This network is not that of the paper: it is an odd function of rates that are "
+            "coupled by the estimated tilt, and starts from an estimated posture "
+            "(docs/methods); `model=tham_literal` is that of the paper."
         )
     else:
         lines.append("`model=coupled` is the package's own network.")
@@ -102,9 +102,9 @@ def _about_pseudo_integrator(mine: pd.DataFrame) -> str:
         f"{axis} {bias[axis]:+.1f} ± {precision[axis]:.1f}°" for axis in AXES if axis in bias
     )
     return (
-        f"PI passes no constant: it gives every angle a mean of zero, so the mean angle of the "
-        f"knee is its bias (bias ± precision over speeds: {figures}). Print has a bias of no more "
-        "than 4.8° and does not say how the mean came back; its precision compares."
+        f"PI has no gain at zero frequency: every angle has a mean of zero, so the mean angle of "
+        f"the knee is its bias (bias ± precision over speeds: {figures}). The paper has a bias of "
+        "at most 4.8° and does not explain how the mean was recovered; its precision is comparable."
     )
 
 
@@ -112,16 +112,16 @@ def _about_complementary_filter(mine: pd.DataFrame) -> str:
     frontal = mine[mine["axis"] == "frontal"]
     return (
         "CF has no transverse angle. Its frontal correlation is "
-        f"{frontal['r'].min():.2f} to {frontal['r'].max():.2f} (print: 0.94 to 0.96): it "
-        "integrates the frontal axis by itself, and what a turn about the other two does to a "
-        "tilted segment is left to the accelerometer to take off."
+        f"{frontal['r'].min():.2f} to {frontal['r'].max():.2f} (paper: 0.94 to 0.96): it "
+        "treats the axes independently, and only the accelerometer corrects the effect of rotation "
+        "about the other two axes on a tilted segment."
     )
 
 
 _ABOUT_SIMULATION = (
     "The walkers are virtual (docs/simulator.md): heights and masses of Table 1, joint angles "
-    "from normative curves, sensors and markers on soft tissue that moves in its own ways, "
-    "functional calibration with its errors. Beside its flexion a knee moves little in the frontal "
-    "and transverse plane, little enough for calibration and soft tissue to make up much of it, so "
-    "correlations are lowest there. docs/experiments.md has the figures without these errors."
+    "from normative curves, sensors and markers on moving soft tissue, "
+    "functional calibration with its errors. The range of motion of a knee in the frontal and "
+    "transverse plane is small compared with these errors, so correlations are lowest there. "
+    "docs/experiments.md has the results without these errors."
 )
