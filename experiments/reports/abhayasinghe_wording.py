@@ -29,8 +29,9 @@ _ABOUT_SIMULATION = (
     "The walkers are virtual (docs/simulator.md) and have no sex: the rows of Table 1 contain as "
     "many of them as the paper has men and women. Their reference follows the bone, through "
     "markers on the skin, and the sensor is on soft tissue elsewhere on the thigh; in the paper "
-    "both were in one box. Every walk begins and ends in standing within a few steps, so that every result "
-    "includes starting and stopping. docs/experiments.md switches these off one at a time."
+    "both were in one box. Every walk begins and ends in standing within a few steps, so that "
+    "every result includes starting and stopping. docs/experiments.md switches these off one at "
+    "a time."
 )
 
 
