@@ -176,6 +176,8 @@ class Predict(Section):
     start_pose: SessionStart = "auto"
     remove_bias: bool = True
     still_s: Interval | tuple[Interval, ...] | None = None
+    still_file: FilePath | None = None
+    bias_rad_s: tuple[float, float, float] | None = None
     calibration: Mode = "auto"
     align: Alignment = "auto"
     walking_s: Interval | None = None

@@ -7,13 +7,16 @@ import numpy as np
 import pandas as pd
 from omegaconf import DictConfig
 
+from narx.calibration.static_bias import resting_mean
 from narx.datasets.csv_recording import read_recording
+from narx.errors import UserError
 from narx.experiments.predictions.angle_files import write_angles
 from narx.experiments.predictions.options import interval_s, layout_of
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.predict import Prediction, Side, predict
 from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.segment_angles import AXES
+from narx.types import FloatArray
 
 
 def table_of(prediction: Prediction) -> pd.DataFrame:
@@ -79,7 +82,21 @@ def predict_file(cfg: DictConfig, source: Path, target: Path, side: Side) -> tup
         start_pose="unknown" if cfg.start_pose == "auto" else cfg.start_pose,
         remove_bias=cfg.remove_bias,
         still_s=still_s,
+        bias_rad_s=_bias_rad_s(cfg),
         where=str(source),
     )
     write_angles(table_of(prediction), target)
     return prediction, int(np.isfinite(prediction.angles_rad).all(axis=1).sum())
+
+
+def _bias_rad_s(cfg: DictConfig) -> FloatArray | None:
+    """Take the bias from where the user says, if anywhere."""
+    if cfg.still_file is None:
+        return None if cfg.bias_rad_s is None else np.array(list(cfg.bias_rad_s), dtype=float)
+    if cfg.bias_rad_s is not None:
+        raise UserError("bias_rad_s and still_file exclude each other; give one of them")
+    recording = read_recording(Path(str(cfg.still_file)), layout=layout_of(cfg))
+    still = resting_mean(recording.gyroscope_rad_s, recording.sampling_rate_hz, str(cfg.still_file))
+    if still is None:
+        raise UserError(f"{cfg.still_file}: no sample at rest to take the bias from")
+    return still.bias_rad_s

@@ -1,9 +1,10 @@
 """The gyroscope's static bias in a user's recording, and what the user promises about rest."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from narx.calibration.static_bias import quietest_window
-from narx.errors import RecordingError
+from narx.errors import RecordingError, UserError
 from narx.recordings.rest import REST_RAD_S
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
@@ -21,7 +22,11 @@ _MAX_FIRST_RAD_S = 2 * REST_RAD_S
 
 
 def remove_static_bias(
-    recording: ImuRecording, remove: bool, still_s: tuple[float, float] | None, where: str
+    recording: ImuRecording,
+    remove: bool,
+    still_s: tuple[float, float] | None,
+    where: str,
+    given_rad_s: ArrayLike | None = None,
 ) -> tuple[FloatArray | None, str]:
     """Find the bias that is to be taken off.
 
@@ -35,6 +40,8 @@ def remove_static_bias(
         Part that the user says was at rest, s; None looks for the quietest one.
     where : str
         Name of the recording, for messages.
+    given_rad_s : array_like, shape (3,), optional
+        The bias, where the user knows it.
 
     Returns
     -------
@@ -45,9 +52,16 @@ def remove_static_bias(
 
     Raises
     ------
+    UserError
+        If the given bias is none, or something else is asked for beside it.
     RecordingError
         If the part has no sample, or the sensor moves in it.
     """
+    if given_rad_s is not None:
+        if still_s is not None or not remove:
+            other = "still_s" if still_s is not None else "remove_bias=false"
+            raise UserError(f"bias_rad_s and {other} exclude each other; give one of them")
+        return _removed(_given(given_rad_s), "bias_rad_s")
     if not remove:
         return None, "static bias left in, as asked for"
     if still_s is not None:
@@ -66,6 +80,19 @@ def remove_static_bias(
         f"{where}: static bias left in, no {_STILL_S[-1]:g} s without movement to take it from; "
         "give still_s, or remove_bias=False if it is off already"
     )
+
+
+def _given(bias_rad_s: ArrayLike) -> FloatArray:
+    try:
+        bias = np.asarray(bias_rad_s, dtype=np.float64)
+    except (TypeError, ValueError):
+        bias = np.empty(0)
+    if bias.shape != (3,) or not np.linalg.norm(bias) < _MAX_BIAS_RAD_S:
+        raise UserError(
+            f"bias_rad_s is {bias_rad_s!r}, expected three numbers in rad/s, together below "
+            f"{_MAX_BIAS_RAD_S:.3f} (10 deg/s)"
+        )
+    return bias
 
 
 def _removed(bias_rad_s: FloatArray, source: str) -> tuple[FloatArray, str]:

@@ -120,6 +120,16 @@ class NarxMethod(OrientationMethod):
         """When the network takes over from the start-up, for people."""
         return f"after {self.start_up.duration_s:g} s of movement"
 
+    def with_doubtful_bias(self) -> "NarxMethod":
+        """Return the method for a recording whose gyroscope bias is not known.
+
+        Returns
+        -------
+        NarxMethod
+            The same one: without a tracker it cannot find a bias.
+        """
+        return self
+
     def starting(self, signals: SegmentSignals) -> BoolArray:
         """Tell which samples belong to the start-up.
 

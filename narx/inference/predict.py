@@ -16,7 +16,7 @@ from narx.inference.clocks import ClockConversion
 from narx.inference.findings import check_consistency, gap_notes, start_up_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.pretrained import load_or_pretrained
-from narx.kinematics.segment_angles import clinical_rates
+from narx.kinematics.segment_angles import clinical_rates, mirror_vector
 from narx.method import SegmentSignals
 from narx.recordings.plausibility import admit, check_gravity
 from narx.recordings.rest import first_rest_s
@@ -71,6 +71,7 @@ def predict(
     start_pose: StartPose = "unknown",
     remove_bias: bool = True,
     still_s: tuple[float, float] | None = None,
+    bias_rad_s: ArrayLike | None = None,
     where: str = "recording",
 ) -> Prediction:
     """Estimate the angles of a segment from its recording.
@@ -98,7 +99,10 @@ def predict(
     still_s : tuple of (float, float), optional
         Part in which the sensor was at rest, s on the recording's clock: its mean rate is the
         bias. Without it, the quietest 5, 2 or 1 s are taken, the first of these that is quiet
-        (unrest below 2 deg/s, mean below 10 deg/s); else the bias stays in, and a note says so.
+        (unrest below 2 deg/s, mean below 10 deg/s); else the bias stays in, a note says so, and
+        a network with a tracker takes it for as uncertain as it is.
+    bias_rad_s : array_like, shape (3,), optional
+        The bias itself, in the sensor frame, where it is known.
     where : str
         Name of the recording, for messages.
 
@@ -126,7 +130,9 @@ def predict(
     recording = admit(recording, where)
     conversion = ClockConversion(recording.time_s, MAX_GAP_S, where)
     rate_hz = conversion.sampling_rate_hz
-    bias, bias_note = remove_static_bias(recording, remove_bias, still_s, where)
+    bias, bias_note = remove_static_bias(recording, remove_bias, still_s, where, bias_rad_s)
+    if remove_bias and bias is None:
+        method = method.with_doubtful_bias()
     corrected = recording.gyroscope_rad_s - (0.0 if bias is None else bias)
     gyroscope = conversion.to_clock(corrected)
     if not np.isfinite(gyroscope).any():
@@ -138,6 +144,7 @@ def predict(
     if has_accelerometer:
         force = conversion.to_clock(recording.accelerometer_m_s2)
         more += check_consistency(gyroscope, force, rate_hz, is_leg=frame != "sensor", where=where)
+    to_anatomical: Rotation | None = None
     if frame == "auto":
         frame = "walking" if has_accelerometer else "anatomical"
     if frame == "anatomical":
@@ -153,11 +160,17 @@ def predict(
             "three columns, or frame=anatomical"
         )
     rates = clinical_rates(gyroscope, side)
+    specific_force = np.full_like(rates, np.nan)
+    if method.needs_accelerometer:
+        if not has_accelerometer:
+            raise RecordingError(f"{where}: a network with aided=true needs an accelerometer")
+        specific_force = force if to_anatomical is None else to_anatomical.apply(force)
+        specific_force = mirror_vector(specific_force) if side == "left" else specific_force
     signals = SegmentSignals(
         f"leg_{side}",
         rate_hz,
         rates,
-        np.full_like(rates, np.nan),
+        specific_force,
         np.zeros(3) if start_pose == "known" else None,
     )
     there: BoolArray = np.asarray(np.isfinite(recording.gyroscope_rad_s).all(axis=1))

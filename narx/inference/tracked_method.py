@@ -1,5 +1,7 @@
 """A trained network that learns the posture as it goes (`narx.inference.tracker`)."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from narx.errors import MethodNotApplicableError
@@ -10,6 +12,9 @@ from narx.method import SegmentSignals, Step
 from narx.network.model import Narx
 from narx.recordings.resampling import contiguous_pieces
 from narx.types import BoolArray, FloatArray
+
+# what gyroscopes are off by that nobody has calibrated (docs/simulator.md)
+_DOUBTFUL_BIAS_DEG_S = 2.0
 
 
 class TrackedNarxMethod(NarxMethod):
@@ -65,6 +70,18 @@ class TrackedNarxMethod(NarxMethod):
     def takes_over(self) -> str:
         """When the network takes over from the integration, for people."""
         return "after the first swing of a leg that walks"
+
+    def with_doubtful_bias(self) -> "TrackedNarxMethod":
+        """Return the method for a recording whose gyroscope bias is not known.
+
+        Returns
+        -------
+        TrackedNarxMethod
+            With a standard deviation of the bias of at least 2 deg/s.
+        """
+        bias_sd_deg_s = max(self.tracker.bias_sd_deg_s, _DOUBTFUL_BIAS_DEG_S)
+        tracker = replace(self.tracker, bias_sd_deg_s=bias_sd_deg_s)
+        return TrackedNarxMethod(self.model, tracker, self.smoothing)
 
     def starting(self, signals: SegmentSignals) -> BoolArray:
         """Tell where the rates were integrated, not carried by the network.

@@ -10,10 +10,12 @@ from narx.errors import RecordingError, UserError
 from narx.inference.checkpoint import Checkpoint, save
 from narx.inference.predict import angles_from_gyroscope, predict
 from narx.inference.start_up import StartUp
+from narx.inference.tracker import PostureTracker
 from narx.kinematics.segment_angles import mirror_angular_rate, mirror_vector
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.recordings.trial import ImuRecording
+from narx.training.initial_weights import leaky_integrator_weights
 
 BIAS_RAD_S = np.radians([1.5, -0.8, 2.0])
 MOUNTING = Rotation.from_euler("xyz", [50.0, -110.0, 20.0], degrees=True)
@@ -257,3 +259,49 @@ def test_the_shipped_network_follows_a_walk(walk):
     angles = angles_from_gyroscope(sensor_on(walk).gyroscope_rad_s, 100.0)
     error = (angles - walk.angles_rad)[500:, 0]
     assert np.sqrt(np.mean(error**2)) < np.radians(5.0)
+
+
+def test_a_known_bias_is_taken_off(walk):
+    walk = sensor_on(walk)
+    biased = replace(walk, gyroscope_rad_s=walk.gyroscope_rad_s + BIAS_RAD_S)
+    options = {"frame": "anatomical", "start_pose": "unknown"}
+    known = predict(biased, INTEGRATING, bias_rad_s=BIAS_RAD_S, **options)
+    np.testing.assert_array_equal(known.bias_rad_s, BIAS_RAD_S)
+    without = predict(walk, INTEGRATING, remove_bias=False, **options)
+    np.testing.assert_allclose(known.angles_rad, without.angles_rad, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"bias_rad_s": [0.1, 0.2]}, "bias_rad_s is .*, expected three numbers in rad/s"),
+        ({"bias_rad_s": [5.0, 0.0, 0.0]}, r"together below 0\.175"),
+        ({"bias_rad_s": "much"}, "bias_rad_s is 'much'"),
+        ({"bias_rad_s": BIAS_RAD_S, "still_s": (0.0, 1.0)}, "bias_rad_s and still_s exclude"),
+        ({"bias_rad_s": BIAS_RAD_S, "remove_bias": False}, "remove_bias=false exclude each other"),
+    ],
+)
+def test_a_bias_that_is_none_is_refused(walk, options, message):
+    with pytest.raises(UserError, match=message):
+        predict(sensor_on(walk), INTEGRATING, **options)
+
+
+def test_a_tracker_is_told_of_a_doubtful_bias_and_given_the_accelerometer(walk):
+    walk = sensor_on(walk)
+    model = Narx(100.0, Normalisation(3.0, 0.5))
+    with torch.no_grad():
+        model.weights.copy_(torch.from_numpy(leaky_integrator_weights(model, 0.05)))
+    moving = replace(
+        walk, gyroscope_rad_s=walk.gyroscope_rad_s + 0.2 * np.sin(30.0 * walk.time_s)[:, None]
+    )
+    plain = Checkpoint(model, tracker=PostureTracker()).method()
+    found = predict(moving, plain, frame="anatomical")
+    sure = predict(moving, plain, frame="anatomical", bias_rad_s=[0.0, 0.0, 0.0])
+    assert found.bias_rad_s is None
+    # a second after the start nothing else can have made the difference
+    assert (found.std_rad[300, 2] > sure.std_rad[300, 2]).all()
+    aided = Checkpoint(model, tracker=PostureTracker(aided=True)).method()
+    assert np.isfinite(predict(walk, aided, frame="anatomical").angles_rad).all()
+    lacking = replace(walk, accelerometer_m_s2=np.full_like(walk.accelerometer_m_s2, np.nan))
+    with pytest.raises(RecordingError, match="aided=true needs an accelerometer"):
+        predict(lacking, aided, frame="anatomical")
