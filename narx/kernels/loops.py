@@ -11,7 +11,14 @@ from narx.kernels.compiler import INTERPRETED, UNSUPPORTED
 _reason = INTERPRETED or UNSUPPORTED
 if not _reason:
     try:
-        from narx.kernels import axis_loop, axis_normal, coupled_loop, coupled_normal, gram
+        from narx.kernels import (
+            axis_loop,
+            axis_normal,
+            coupled_loop,
+            coupled_normal,
+            gram,
+            one_step,
+        )
     except Exception as error:
         _reason = f"this release of numba is not supported: {error}"
 
@@ -24,4 +31,12 @@ if not AVAILABLE:
         stacklevel=2,
     )
 
-__all__ = ["AVAILABLE", "axis_loop", "axis_normal", "coupled_loop", "coupled_normal", "gram"]
+__all__ = [
+    "AVAILABLE",
+    "axis_loop",
+    "axis_normal",
+    "coupled_loop",
+    "coupled_normal",
+    "gram",
+    "one_step",
+]

@@ -4,18 +4,21 @@ from collections.abc import Sequence
 
 import numpy as np
 import torch
-from numpy.lib.stride_tricks import sliding_window_view
 from torch import Tensor
 from torch.utils.data import Dataset
 
+from narx.network.cell import coupled_rates
+from narx.network.model import Narx
 from narx.types import FloatArray
+from narx.windows.sequences import TrainingSequence
 
 
 class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
     """One-step-ahead pairs (v_k, v_{k-1}, p_{k-1}, p_{k-2}) -> p_k (Tham et al., Fig. 4).
 
     Lags never cross the border of a sequence or a gap: a pair exists only where every value in
-    it was measured.
+    it was measured. What a `torch.utils.data.DataLoader` takes, and what the open-loop stage of
+    every optimiser is fitted to.
 
     Parameters
     ----------
@@ -28,12 +31,27 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
         Number of samples of the input: v_k ... v_{k-input_lags+1}.
     output_lags : int
         Number of past outputs: p_{k-1} ... p_{k-output_lags}.
+    weights : sequence of float, optional
+        Of the squared errors of each sequence; 1 if not given.
+
+    Attributes
+    ----------
+    features : Tensor, shape (M, n_inputs * input_lags + output_lags)
+        Newest first: all inputs of a sample together, then the outputs.
+    targets : Tensor, shape (M,)
+        Output wanted.
+    weights : Tensor, shape (M,)
+        Of the squared error of each pair; not part of a pair.
 
     Raises
     ------
     ValueError
-        If the lags are not positive, or inputs and outputs do not pair up.
+        If the lags are not positive, or inputs, outputs and weights do not pair up.
     """
+
+    features: Tensor
+    targets: Tensor
+    weights: Tensor
 
     def __init__(
         self,
@@ -41,37 +59,129 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
         outputs: Sequence[FloatArray],
         input_lags: int = 2,
         output_lags: int = 2,
+        weights: Sequence[float] | None = None,
     ) -> None:
         if input_lags < 1 or output_lags < 1:
             raise ValueError(f"lags must be positive, got {input_lags} and {output_lags}")
-        if len(inputs) != len(outputs):
-            raise ValueError(f"{len(inputs)} input sequences, but {len(outputs)} output sequences")
+        weights = [1.0] * len(inputs) if weights is None else weights
+        if not len(inputs) == len(outputs) == len(weights):
+            raise ValueError(
+                f"{len(inputs)} input sequences, {len(outputs)} output sequences and "
+                f"{len(weights)} weights do not pair up"
+            )
+        n_inputs = np.shape(inputs[0])[1] if len(inputs) and np.ndim(inputs[0]) > 1 else 1
         first = max(input_lags - 1, output_lags)
-        features, targets = [], []
+        parts = [np.empty((n_inputs * input_lags + output_lags + 1, 0))]
         for rate, angle in zip(inputs, outputs, strict=True):
             rate = np.asarray(rate, dtype=float)
             rate = rate[:, None] if rate.ndim == 1 else rate
             angle = np.asarray(angle, dtype=float)
             if angle.shape != (len(rate),):
                 raise ValueError(f"output has shape {angle.shape}, expected ({len(rate)},)")
-            if len(rate) <= first:
-                continue
-            # windows run oldest to newest; the network's order is newest first
-            rates = sliding_window_view(rate[first - input_lags + 1 :], input_lags, axis=0)
-            angles = sliding_window_view(angle[first - output_lags : -1], output_lags)
-            rates_newest_first = rates[:, :, ::-1].transpose(0, 2, 1).reshape(len(rates), -1)
-            pairs = np.column_stack([rates_newest_first, angles[:, ::-1], angle[first:]])
-            pairs = pairs[np.isfinite(pairs).all(axis=1)]
-            features.append(pairs[:, :-1])
-            targets.append(pairs[:, -1])
-        n_features = input_lags * (np.shape(inputs[0])[1] if np.ndim(inputs[0]) > 1 else 1)
-        n_features += output_lags
-        empty = np.empty((0, n_features)), np.empty(0)
-        self.features = torch.from_numpy(np.concatenate([*features, empty[0]]))
-        self.targets = torch.from_numpy(np.concatenate([*targets, empty[1]]))
+            n = max(len(rate) - first, 0)
+            rows = [rate[first - lag :][:n].T for lag in range(input_lags)]
+            rows += [angle[None, first - lag :][:, :n] for lag in range(1, output_lags + 1)]
+            pairs = np.concatenate([*rows, angle[None, first:][:, :n]])
+            parts.append(pairs[:, np.isfinite(pairs).all(axis=0)])
+        # a row a feature, as the compiled fit reads them; a view turns them for everybody else
+        pairs = np.concatenate(parts, axis=1)
+        self.features = torch.from_numpy(pairs[:-1]).T
+        self.targets = torch.from_numpy(pairs[-1])
+        counts = [part.shape[1] for part in parts[1:]]
+        self.weights = torch.from_numpy(np.repeat(np.asarray(weights, dtype=float), counts))
+
+    @classmethod
+    def of_sequences(
+        cls,
+        model: Narx,
+        sequences: Sequence[TrainingSequence],
+        axis_weights: Sequence[float] = (1.0, 1.0, 1.0),
+    ) -> "LaggedWindows":
+        """Make the windows of training sequences, of one or many trials, for a network.
+
+        Parameters
+        ----------
+        model : Narx
+            Gives lags, scales and whether the axes are coupled.
+        sequences : sequence of TrainingSequence
+            Each works about its mean angle.
+        axis_weights : sequence of three floats
+            Of the squared errors of each axis; an axis of zero is left out.
+
+        Returns
+        -------
+        LaggedWindows
+            Normalised, all axes of all sequences one after another.
+        """
+        return cls.of_arrays(
+            model,
+            [sequence.signals.axis_rates_rad_s for sequence in sequences],
+            [sequence.target_rad for sequence in sequences],
+            [_mean(sequence.target_rad) for sequence in sequences],
+            [sequence.weight for sequence in sequences],
+            axis_weights,
+        )
+
+    @classmethod
+    def of_arrays(
+        cls,
+        model: Narx,
+        rates_rad_s: Sequence[FloatArray],
+        angles_rad: Sequence[FloatArray],
+        postures_rad: Sequence[FloatArray],
+        weights: Sequence[float],
+        axis_weights: Sequence[float],
+    ) -> "LaggedWindows":
+        """Make the windows of gyroscope and angles for a network.
+
+        Coupled axes take the tilt from the angles, at the sample of the rate.
+
+        Parameters
+        ----------
+        model : Narx
+            Gives lags, scales and whether the axes are coupled.
+        rates_rad_s, angles_rad : sequence of ndarray, each of shape (N_i, 3)
+            Gyroscope and angles of each sequence; NaN where missing.
+        postures_rad : sequence of ndarray, each of shape (3,)
+            Angle about which the network works.
+        weights : sequence of float
+            Of the squared errors of each sequence.
+        axis_weights : sequence of three floats
+            Of the squared errors of each axis; an axis of zero is left out.
+
+        Returns
+        -------
+        LaggedWindows
+            Normalised, all axes of all sequences one after another.
+        """
+        scaled = model.normalisation
+        inputs: list[FloatArray] = []
+        outputs: list[FloatArray] = []
+        for rates, angles, posture in zip(rates_rad_s, angles_rad, postures_rad, strict=True):
+            if model.coupled:
+                tilted = coupled_rates(torch.from_numpy(rates), torch.from_numpy(angles))
+                rates = tilted.numpy()
+            inputs += list(((rates - scaled.rate_offset_rad_s) / scaled.rate_scale_rad_s).T)
+            deviation = angles - posture - scaled.angle_offset_rad
+            outputs += list((deviation / scaled.angle_scale_rad).T)
+        both = np.outer(weights, axis_weights).ravel()
+        kept = np.flatnonzero(both > 0)
+        return cls(
+            [inputs[i] for i in kept],
+            [outputs[i] for i in kept],
+            model.structure.input_lags,
+            model.structure.output_lags,
+            both[kept].tolist(),
+        )
 
     def __len__(self) -> int:
         return len(self.targets)
 
-    def __getitem__(self, position: int) -> tuple[Tensor, Tensor]:
-        return self.features[position], self.targets[position]
+    def __getitem__(self, index: int) -> tuple[Tensor, Tensor]:
+        return self.features[index], self.targets[index]
+
+
+def _mean(angles_rad: FloatArray) -> FloatArray:
+    there = np.isfinite(angles_rad)
+    total = np.where(there, angles_rad, 0.0).sum(axis=0)
+    return np.divide(total, there.sum(axis=0), out=np.zeros(3), where=there.any(axis=0))

@@ -1,0 +1,143 @@
+"""Fit of a network one step ahead, to lagged windows."""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from narx.kernels import loops
+from narx.kernels.sizes import length
+from narx.kernels.threads import in_threads
+from narx.network.kernel_arrays import EXACT
+from narx.network.structure import NarxStructure, Tanh
+from narx.training.least_squares.by_torch import products_by_torch
+from narx.types import FloatArray
+from narx.windows.lagged import LaggedWindows
+
+# windows that one thread sums; fixed, so that results do not depend on the number of threads
+_PART = 16384
+
+
+class OneStepFit:
+    """Least squares between one-step predictions and the targets of lagged windows.
+
+    Parameters
+    ----------
+    windows : LaggedWindows
+        In normalised units, of the structure's lags.
+    structure : NarxStructure
+        Sizes of the network.
+    tanh : {"rational", "exact"}
+        As in `narx.network.closed_loop.closed_loop`.
+
+    Raises
+    ------
+    ValueError
+        If the windows are not of the structure's lags.
+    """
+
+    def __init__(
+        self, windows: LaggedWindows, structure: NarxStructure, tanh: Tanh = "rational"
+    ) -> None:
+        n, n_features = windows.features.shape
+        if n_features != structure.n_features:
+            raise ValueError(
+                f"windows of {n_features} values, a network of {structure.n_features} features"
+            )
+        self.windows, self.structure = windows, structure
+        self.n_weights = structure.n_weights
+        self.n_residuals = int(np.count_nonzero(windows.weights))
+        self.total_weight = float(windows.weights.sum())
+        # filled up to whole vectors with windows that do not count
+        padded = np.zeros((n_features + 2, -(-n // 8) * 8))
+        padded[:-2, :n] = windows.features.T
+        padded[-2, :n] = windows.targets
+        padded[-1, :n] = np.sqrt(windows.weights)
+        self._features, self._targets, self._roots = padded[:-2], padded[-2], padded[-1]
+        self._shape = length(structure.hidden), length(n_features)
+        self._exact = EXACT[tanh]
+
+    def products(self, weights: FloatArray) -> FloatArray:
+        """Multiply residuals and their derivatives.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (R, P)
+            Weights of each start.
+
+        Returns
+        -------
+        ndarray, shape (R, P + 1, P + 1)
+            Lower triangle of ``[J r].T @ [J r]`` of each start.
+        """
+        if not loops.AVAILABLE:
+            return products_by_torch(self._residuals, weights)
+        size = self.n_weights + 1
+        n_rows = self.n_weights // 4 * 4 + 4
+        n_parts = max(-(-len(self._targets) // _PART), 1)
+        sums = np.zeros((len(weights) * n_parts, n_rows, n_rows, 8))
+        weights = np.ascontiguousarray(weights)
+
+        def work(first: int, last: int) -> None:
+            loops.one_step.one_step_products(
+                weights, self._features, self._targets, self._roots, _PART, first, last, sums,
+                self._shape, self._exact,
+            )  # fmt: skip
+
+        in_threads(work, len(sums), 1)
+        return sums.reshape(len(weights), n_parts, n_rows, n_rows, 8).sum(axis=(1, 4))[
+            :, :size, :size
+        ]
+
+    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Compute residuals and Jacobian.
+
+        Parameters
+        ----------
+        weights : ndarray, shape (P,)
+            Weights.
+
+        Returns
+        -------
+        residuals : ndarray, shape (M,)
+            Weighted residuals.
+        jacobian : ndarray, shape (M, P)
+            Their derivatives.
+        """
+        structure, x, w2 = self.structure, self.windows.features.numpy(), weights[self.structure.w2]
+        w1 = weights[structure.w1].reshape(structure.hidden, -1)
+        hidden = np.tanh(x @ w1.T + weights[structure.b1])
+        slopes = w2 * (1.0 - hidden**2)
+        jacobian = np.ones((len(x), structure.n_weights))
+        jacobian[:, structure.w1] = (slopes[:, :, None] * x[:, None]).reshape(len(x), -1)
+        jacobian[:, structure.b1], jacobian[:, structure.w2] = slopes, hidden
+        roots = np.sqrt(self.windows.weights.numpy())
+        errors = hidden @ w2 + weights[structure.b2] - self.windows.targets.numpy()
+        return roots * errors, roots[:, None] * jacobian
+
+    def _residuals(self, weights: Tensor) -> Tensor:
+        """Weighted residuals (M,) by torch operations."""
+        windows = self.windows
+        prediction = one_step_by_torch(weights, windows.features, self.structure)
+        return torch.sqrt(windows.weights) * (prediction - windows.targets)
+
+
+def one_step_by_torch(weights: Tensor, features: Tensor, structure: NarxStructure) -> Tensor:
+    """Predict one step ahead from lagged features, by plain torch operations.
+
+    Parameters
+    ----------
+    weights : Tensor, shape (P,)
+        Flat weights.
+    features : Tensor, shape (M, n_features)
+        Newest first (`narx.windows.LaggedWindows`).
+    structure : NarxStructure
+        Sizes of the network.
+
+    Returns
+    -------
+    Tensor, shape (M,)
+        Predictions.
+    """
+    w1 = weights[structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
+    hidden = torch.tanh(features @ w1.mT + weights[structure.b1])
+    return hidden @ weights[structure.w2] + weights[structure.b2]
