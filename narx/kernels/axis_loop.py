@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from narx.kernels.axis_tile import advance, head, linearise, predict
+from narx.kernels.axis_tile import advance, feed_back, head, linearise, predict
 from narx.kernels.compiler import JIT, compiled
 from narx.kernels.lanes import load, splat, store
 from narx.kernels.sizes import VECTOR
@@ -115,7 +115,8 @@ def adjoint(
             fetch_inputs(inputs, state, sequence, start, n, x, shape, lanes)
             fetch_outputs(outputs, state, sequence, start, n, y, shape, lanes)
             predict(packed, x, y, out, h, n, shape, lanes, exact)
-            linearise(packed, x, y, h, rows, lead, feedback, 0, n, shape, lanes, True)
+            linearise(packed, x, y, h, rows, lead, 0, n, shape, lanes)
+            feed_back(packed, rows, lead, feedback, 0, n, shape, lanes)
             lam[:] = 0.0
             for lane in range(width):
                 for t in range(n):

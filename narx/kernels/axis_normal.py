@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from narx.kernels.axis_tile import advance, head, linearise, predict, propagate
+from narx.kernels.axis_tile import advance, feed_back, head, linearise, propagate
 from narx.kernels.compiler import INNER, JIT, compiled
 from narx.kernels.gram import add_products
 from narx.kernels.transfer import (
@@ -31,22 +31,20 @@ def normal_equations(
     shape: Any,
     lanes: Any,
     exact: Any,
-    recurrent: Any,
 ) -> None:
     """Add products of residuals and their derivatives to sums (K, K, 8), group after group.
 
     weights (P, W) belong to the lanes; groups (G, W) is the sequence of each lane, -1 for none.
     inputs (B, N, C), targets (B, N), state (B, S), roots (B,): square root of a sequence's
     weight, lengths (B,): samples that are used. Residual and derivative are zero where the target
-    is NaN. `horizon` > 0 restarts from measured outputs every that many samples; without
-    `recurrent` every sample does. Row P of sums belongs to the residuals.
+    is NaN. `horizon` > 0 restarts from measured outputs every that many samples. Row P of sums
+    belongs to the residuals.
     """
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width, n_weights = len(lanes), len(weights)
     tile = TILE_COLUMNS // width
     x = aligned(n_inputs, columns_for((n_in + tile) * width))
     y = aligned(1, columns_for((n_out + tile) * width))
-    out = aligned(1, columns_for((n_out + tile) * width))
     h = aligned(n_hidden, columns_for(tile * width))
     feedback = aligned(n_out, columns_for(tile * width))
     rows = aligned(len(sums), columns_for((n_out + tile) * width + 8))
@@ -68,34 +66,24 @@ def normal_equations(
             n = min(tile, n_samples - start)
             fetch_inputs(inputs, state, sequence, start, n, x, shape, lanes)
             whole = weigh(targets, roots, lengths, group, start, n, washout, root, width)
-            if recurrent is None:
-                fetch_outputs(targets, state, sequence, start, n, y, shape, lanes)
-                whole &= skip_missing(y, root, n, n_out, width)
-                predict(weights, x, y, out, h, n, shape, lanes, exact)
-                linearise(weights, x, y, h, rows, lead, feedback, 0, n, shape, lanes, recurrent)
-                residuals(out, targets, sequence, start, 0, n, rows, n_weights, n_out, width)
-            else:
-                begin = 0
-                while begin < n:
-                    end = n
-                    if horizon > 0:
-                        if (start + begin) % horizon == 0 and start + begin > 0:
-                            restart(y, begin, targets, state, sequence, start, since, n_out)
-                        end = min(n, begin + horizon - (start + begin) % horizon)
-                    advance(weights, x, y, h, begin, end, shape, lanes, exact)
-                    linearise(
-                        weights, x, y, h, rows, lead, feedback, begin, end, shape, lanes, True
-                    )
-                    if horizon > 0:
-                        cut(feedback, begin, end, since)
-                    propagate(rows, feedback, begin, end, shape, lanes)
-                    residuals(
-                        y, targets, sequence, start, begin, end, rows, n_weights, n_out, width
-                    )
-                    begin = end
-                for i in range(n_weights):
-                    for at in range(n_out * width):
-                        past[i, at] = rows[i, lead + (n - n_out) * width + at]
+            begin = 0
+            while begin < n:
+                end = n
+                if horizon > 0:
+                    if (start + begin) % horizon == 0 and start + begin > 0:
+                        restart(y, begin, targets, state, sequence, start, since, n_out)
+                    end = min(n, begin + horizon - (start + begin) % horizon)
+                advance(weights, x, y, h, begin, end, shape, lanes, exact)
+                linearise(weights, x, y, h, rows, lead, begin, end, shape, lanes)
+                feed_back(weights, rows, lead, feedback, begin, end, shape, lanes)
+                if horizon > 0:
+                    cut(feedback, begin, end, since)
+                propagate(rows, feedback, begin, end, shape, lanes)
+                residuals(y, targets, sequence, start, begin, end, rows, n_weights, n_out, width)
+                begin = end
+            for i in range(n_weights):
+                for at in range(n_out * width):
+                    past[i, at] = rows[i, lead + (n - n_out) * width + at]
             if not whole:
                 for i in range(n_weights + 1):
                     for at in range(n * width):
@@ -132,21 +120,6 @@ def weigh(
                 weight = roots[q]
             root[t * width + lane] = weight
             whole &= weight == 1.0
-    return whole
-
-
-@compiled(**INNER)
-def skip_missing(y: Any, root: Any, n: int, n_out: Any, width: Any) -> bool:
-    """Exclude columns that depend on a missing output; return whether none is left."""
-    whole = True
-    for at in range((n_out + n) * width):
-        if np.isnan(y[0, at]):
-            y[0, at] = 0.0
-            for m in range(1, n_out + 1):
-                later = at + (m - n_out) * width
-                if 0 <= later < n * width:
-                    root[later] = 0.0
-                    whole = False
     return whole
 
 

@@ -87,17 +87,14 @@ def linearise(
     h: Any,
     rows: Any,
     lead: int,
-    feedback: Any,
     start: int,
     stop: int,
     shape: Any,
     lanes: Any,
-    recurrent: Any,
 ) -> None:
-    """Differentiate samples: by weights into `rows`, by earlier outputs into `feedback`.
+    """Differentiate samples by weights, their inputs held, into `rows`.
 
-    The column of sample 0 is `lead`. Without `recurrent`, `feedback` is unchanged. Up to seven
-    columns beyond the last are written as well.
+    The column of sample 0 is `lead`. Up to seven columns beyond the last are written as well.
     """
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width, n_v, n_features = len(lanes), n_inputs * n_in, n_inputs * n_in + n_out
@@ -119,13 +116,30 @@ def linearise(
                 p = load(v, y, (0, at + (n_out - 1 - m) * width))
                 store(v, rows, (j * n_features + n_v + m, to), d * p)
         store(v, rows, (slope + n_hidden, to), splat(v, 1.0))
-        if recurrent is not None:
-            for m in range(n_out):
-                a = splat(v, 0.0)
-                for j in range(n_hidden):
-                    w = spread(v, lanes, weights, (j * n_features + n_v + m, 0))
-                    a = a + w * load(v, rows, (bias + j, to))
-                store(v, feedback, (m, at), a)
+
+
+@compiled(**INNER)
+def feed_back(
+    weights: Any,
+    rows: Any,
+    lead: int,
+    feedback: Any,
+    start: int,
+    stop: int,
+    shape: Any,
+    lanes: Any,
+) -> None:
+    """Differentiate samples by the outputs before them, from what `linearise` left in `rows`."""
+    n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
+    width, n_v, n_features = len(lanes), n_inputs * n_in, n_inputs * n_in + n_out
+    bias, v = n_hidden * n_features, VECTOR
+    for at in range(start * width, stop * width, 8):
+        for m in range(n_out):
+            a = splat(v, 0.0)
+            for j in range(n_hidden):
+                w = spread(v, lanes, weights, (j * n_features + n_v + m, 0))
+                a = a + w * load(v, rows, (bias + j, at + lead))
+            store(v, feedback, (m, at), a)
 
 
 @compiled(**INNER)

@@ -61,7 +61,6 @@ def coupled_sensitivities(
     y = stacked(3, 1, columns_for((n_out + tile) * width))
     h = stacked(3, n_hidden, columns_for(tile * width))
     tilting = stacked(3, 2, columns_for((n_in + tile) * width))
-    feedback = aligned(n_out, columns_for(tile * width))
     coefficients = stacked(9, depth, columns_for(tile * width)).reshape(3, 3, depth, -1)
     rows = stacked(3, n_rows, columns_for((depth + tile) * width + 8))
     past = np.zeros((3, n_weights, depth * width))
@@ -94,12 +93,10 @@ def coupled_sensitivities(
                     h[axis],
                     rows[axis],
                     lead,
-                    feedback,
                     0,
                     n,
                     shape,
                     lanes,
-                    None,
                 )
                 couple(
                     packed,

@@ -1,8 +1,9 @@
 """From stretches of training data to a trained network."""
 
+import copy
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -15,7 +16,12 @@ from narx.network.stability import stability_statement
 from narx.network.structure import NarxStructure
 from narx.training.batch import InitialState, batch
 from narx.training.objective import Log, Objective, Optimizer
+from narx.training.ranges import one_of, whole, yes_or_no
 from narx.windows.sequences import TrainingSequence
+
+# compiled loops are unrolled over neurons and delays, and normal equations grow with the square
+# of the weights, for every start
+_MOST_HIDDEN, _MOST_LAGS, _MOST_WEIGHTS = 64, 64, 600
 
 
 @dataclass(frozen=True)
@@ -34,7 +40,13 @@ class NetworkDesign:
     normalisation : {"min_max", "max_abs", "std"}
         As `narx.network.normalisation.Normalisation.fit`.
     initial_state : {"teacher", "zero"}
-        Of training sequences (`narx.windows.sequences.batch`).
+        Of training sequences (`narx.training.batch.batch`).
+
+    Raises
+    ------
+    UserError
+        If a value is out of its range, the normalisation has offsets where there must be none,
+        or the network would have more weights than a training can hold in memory.
     """
 
     hidden: int | Literal["auto"] = 3
@@ -44,6 +56,32 @@ class NetworkDesign:
     coupled: bool = True
     normalisation: Kind = "std"
     initial_state: InitialState = "teacher"
+
+    def __post_init__(self) -> None:
+        if self.hidden != "auto":
+            whole("model.hidden", self.hidden, 1, _MOST_HIDDEN)
+        whole("model.input_lags", self.input_lags, 1, _MOST_LAGS)
+        whole("model.output_lags", self.output_lags, 1, _MOST_LAGS)
+        yes_or_no("model.odd", self.odd)
+        yes_or_no("model.coupled", self.coupled)
+        one_of("model.normalisation", self.normalisation, get_args(Kind))
+        one_of("model.initial_state", self.initial_state, get_args(InitialState))
+        hidden = 1 if self.hidden == "auto" else self.hidden
+        self._check_size(hidden)
+        if self.normalisation == "min_max" and (self.odd or self.coupled):
+            raise UserError(
+                "model.normalisation is 'min_max', which has offsets; expected std or max_abs, or "
+                "model.odd=false and model.coupled=false"
+            )
+
+    def _check_size(self, hidden: int) -> None:
+        structure = NarxStructure(hidden, 1, self.input_lags, self.output_lags)
+        if structure.n_weights > _MOST_WEIGHTS:
+            raise UserError(
+                f"model: {hidden} hidden neurons with {self.input_lags} input and "
+                f"{self.output_lags} output lags have {structure.n_weights} weights, at most "
+                f"{_MOST_WEIGHTS} can be trained"
+            )
 
     def untrained(self, training: Sequence[TrainingSequence], offset_free: bool) -> Narx:
         """Make a network with the scales of its training data.
@@ -63,8 +101,7 @@ class NetworkDesign:
         Raises
         ------
         UserError
-            If the number of neurons or delays is not a positive number, or the normalisation is
-            unknown, has offsets where there must be none, or has nothing that varies.
+            If rates or angles do not vary, or ``auto`` gives too large a network.
         """
         rates = np.concatenate([s.signals.axis_rates_rad_s[:, SAGITTAL] for s in training])
         targets = [s.target_rad[:, SAGITTAL] for s in training]
@@ -72,18 +109,7 @@ class NetworkDesign:
             targets = [target - np.nanmean(target) for target in targets]
         rate_hz = training[0].signals.sampling_rate_hz
         hidden = hidden_neurons(rates, rate_hz) if self.hidden == "auto" else self.hidden
-        for name, value in (
-            ("hidden", hidden),
-            ("input_lags", self.input_lags),
-            ("output_lags", self.output_lags),
-        ):
-            if not isinstance(value, int) or value < 1:
-                raise UserError(f"model.{name} is '{value}', expected a positive whole number")
-        if self.normalisation == "min_max" and (self.odd or self.coupled):
-            raise UserError(
-                "model.normalisation is 'min_max', which has offsets; expected std or max_abs, or "
-                "model.odd=false and model.coupled=false"
-            )
+        self._check_size(hidden)
         try:
             scaled = Normalisation.fit(rates, np.concatenate(targets), self.normalisation)
         except ValueError as error:
@@ -96,6 +122,33 @@ class NetworkDesign:
             self.coupled,
         )
 
+    def check_same(self, network: Narx) -> None:
+        """Refuse a network that is not of this design.
+
+        Parameters
+        ----------
+        network : Narx
+            Trained before.
+
+        Raises
+        ------
+        UserError
+            Naming what differs.
+        """
+        structure = network.structure
+        for name, has in (
+            ("hidden", structure.hidden),
+            ("input_lags", structure.input_lags),
+            ("output_lags", structure.output_lags),
+            ("odd", network.odd),
+            ("coupled", network.coupled),
+        ):
+            wanted = getattr(self, name)
+            if wanted not in (has, "auto"):
+                raise UserError(
+                    f"training.start is a network with {name}={has}, model.{name} is {wanted}"
+                )
+
 
 def train_network(
     training: Sequence[TrainingSequence],
@@ -105,6 +158,7 @@ def train_network(
     optimizer: Optimizer,
     rng: np.random.Generator,
     log: Log = lambda iteration, numbers: None,
+    start: Narx | None = None,
 ) -> tuple[Narx, dict[str, Any]]:
     """Train a network.
 
@@ -121,7 +175,9 @@ def train_network(
     rng : numpy.random.Generator
         Draws the starts.
     log : callable
-        Told how it goes.
+        Called with iteration and numbers by name.
+    start : Narx, optional
+        Trained network to go on from, of the same design; its scales are kept.
 
     Returns
     -------
@@ -130,8 +186,17 @@ def train_network(
     history : dict
         Plain numbers and strings for a checkpoint: what it was trained on, the optimizer's
         report and a statement about its stability.
+
+    Raises
+    ------
+    UserError
+        If the network to go on from is of another design.
     """
-    model = design.untrained(training, objective.offset_free)
+    if start is None:
+        model = design.untrained(training, objective.offset_free)
+    else:
+        design.check_same(start)
+        model = copy.deepcopy(start)
     report = optimizer.fit(
         model,
         objective.with_rest(model, batch(training, model, design.initial_state)),
@@ -139,6 +204,7 @@ def train_network(
         objective,
         rng,
         log,
+        None if start is None else start.weights.detach().numpy(),
     )
     history = {
         "trained_on": sorted({sequence.name for sequence in training}),

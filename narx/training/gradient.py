@@ -1,9 +1,8 @@
 """Training by gradients through the closed loop: torch's LBFGS and Adam."""
 
-import copy
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
@@ -12,20 +11,50 @@ from torch import Tensor
 from narx.errors import UserError
 from narx.network.model import Narx
 from narx.training.batch import Batch
-from narx.training.initial_weights import random_weights
+from narx.training.initial_weights import typical_sizes
 from narx.training.objective import FitReport, Log, Objective
+from narx.training.optimizer import check_common, restart_tag, spread_report, starts_of
+from narx.training.ranges import between, whole
+from narx.training.stages import Stage, closed_loop_fit, stages_of
+from narx.types import FloatArray
 
-# one optimiser step on a network: takes the closure that computes cost and gradient
-_Stepper = Callable[[Callable[[], Tensor]], None]
+# of the cost at the start of a stage, deg^2 per squared typical size: directions in which it
+# bends less are not stretched further
+_LEAST_CURVATURE = 1.0
+
+# evaluations of a line search
+_MOST_LINE_SEARCH = 26
+
+# weights in, cost in deg^2 and its gradient out
+_Cost = Callable[[FloatArray], tuple[float, FloatArray]]
+# one step of torch's optimiser
+_Step = Callable[[Callable[[], Tensor]], None]
 
 
 @dataclass(frozen=True)
 class _GradientOptimizer:
     restarts: int = 4
     iterations: int = 100
-    gradient_clip: float = 1.0
+    curriculum: Sequence[str | int] = field(default=("open", "closed"))
+    prior_deg2: float = 1.0
+    cost_change: float = 1e-6
+    device: str | None = None
 
-    def _stepper(self, model: Narx) -> _Stepper:
+    # iterations over which the cost must fall by more than `cost_change` each
+    _patience = 10
+
+    def __post_init__(self) -> None:
+        check_common(
+            self.restarts, self.iterations, self.curriculum, self.prior_deg2, self.cost_change
+        )
+        if self.device is not None:
+            try:
+                torch.zeros(1, dtype=torch.float64, device=self.device)
+            except (RuntimeError, AssertionError, TypeError) as error:
+                reason = str(error).splitlines()[0]
+                raise UserError(f"optimizer.device is '{self.device}': {reason}") from error
+
+    def _stepper(self, parameter: Tensor) -> _Step:
         raise NotImplementedError
 
     def fit(
@@ -36,6 +65,7 @@ class _GradientOptimizer:
         objective: Objective,
         rng: np.random.Generator,
         log: Log,
+        start: FloatArray | None = None,
     ) -> FitReport:
         """Train from several starts and keep the best by its error on held-back samples.
 
@@ -50,7 +80,9 @@ class _GradientOptimizer:
         rng : numpy.random.Generator
             Draws the starts.
         log : callable
-            Told cost and gradient of every iteration, restart after restart.
+            Called with the cost of a start, as ``restart_00/cost_deg2``, after each iteration.
+        start : ndarray, shape (P,), optional
+            Weights to go on from in the last stage, instead of random starts.
 
         Returns
         -------
@@ -60,119 +92,238 @@ class _GradientOptimizer:
         Raises
         ------
         UserError
-            If no restart stayed finite.
+            If no sample counts, or no restart stayed finite.
         """
-        errors: list[float] = []
-        best: tuple[float, Tensor, list[dict[str, float]]] | None = None
-        for _ in range(self.restarts):
-            candidate = copy.deepcopy(model)
-            with torch.no_grad():
-                candidate.weights.copy_(torch.from_numpy(random_weights(candidate, rng)))
-            history = self._descend(candidate, training, objective, log)
-            with torch.no_grad():
-                error = math.sqrt(float(objective.mean_square(candidate, validation)))
-            errors.append(error)
-            if math.isfinite(error) and (best is None or error < best[0]):
-                best = error, candidate.weights.detach().clone(), history
-        if best is None:
-            raise UserError(f"training: none of {self.restarts} restarts stayed finite")
+        starts, curriculum = starts_of(model, rng, self.restarts, self.curriculum, start)
+        stages = stages_of(model, training, objective, curriculum, self.prior_deg2)
+        chosen_by, unit_deg2 = closed_loop_fit(model, validation, objective, "held-back")
+        free = np.flatnonzero(model.trainable.numpy())
+        size = typical_sizes(model)[free]
+        ends: list[FloatArray] = []
+        histories: list[list[dict[str, float]]] = []
+        for restart, weights in enumerate(starts):
+            history: list[dict[str, float]] = []
+
+            def record(
+                numbers: dict[str, float],
+                restart: int = restart,
+                history: list[dict[str, float]] = history,
+            ) -> None:
+                log(len(history), {f"{restart_tag(restart)}/cost_deg2": numbers["cost_deg2"]})
+                history.append(numbers)
+
+            for number, stage in enumerate(stages):
+                weights = self._descend(stage, number, weights, free, size, record)
+            ends.append(weights)
+            histories.append(history)
+        squares = chosen_by.products(np.array(ends))[:, -1, -1]
+        errors_deg = np.sqrt(squares * unit_deg2 / chosen_by.total_weight)
+        finite = np.isfinite(errors_deg)
+        if not finite.any():
+            raise UserError(f"training: none of {len(starts)} restarts stayed finite")
+        best = int(np.argmin(np.where(finite, errors_deg, np.inf)))
         with torch.no_grad():
-            model.weights.copy_(best[1])
-        finite = np.array([error for error in errors if math.isfinite(error)])
-        return FitReport(
-            "iterations",
-            len(best[2]),
-            best[2],
-            {
-                "restarts": float(self.restarts),
-                "dropped": float(self.restarts - len(finite)),
-                "validation_rmse_best_deg": float(np.rad2deg(finite.min())),
-                "validation_rmse_median_deg": float(np.rad2deg(np.median(finite))),
-                "validation_rmse_worst_deg": float(np.rad2deg(finite.max())),
-            },
-        )
+            model.weights.copy_(torch.from_numpy(ends[best]))
+        history = histories[best]
+        n_last = sum(row["stage"] == len(stages) - 1 for row in history)
+        code = "all iterations are used" if n_last >= self.iterations else "cost no longer falls"
+        return FitReport(code, len(history), history, spread_report(errors_deg))
 
     def _descend(
-        self, model: Narx, training: Batch, objective: Objective, log: Log
-    ) -> list[dict[str, float]]:
-        step, trainable = self._stepper(model), model.trainable
-        history: list[dict[str, float]] = []
-        kept, lowest = model.weights.detach().clone(), math.inf
-        for iteration in range(self.iterations):
-            latest: dict[str, float] = {}
+        self,
+        stage: Stage,
+        number: int,
+        start: FloatArray,
+        free: np.ndarray,
+        size: FloatArray,
+        record: Callable[[dict[str, float]], None],
+    ) -> FloatArray:
+        """Minimise one stage; returns the weights of least cost."""
+        cost = _by_torch(stage, self.device) if self.device else _compiled(stage)
+        basis = _basis(stage, start, free, size)
+        parameter = torch.zeros(len(free), dtype=torch.float64, requires_grad=True)
+        step = self._stepper(parameter)
+        kept, lowest = start, math.inf
+        latest: dict[str, float] = {}
 
-            def closure(latest: dict[str, float] = latest) -> Tensor:
-                nonlocal kept, lowest
-                model.zero_grad()
-                cost = objective.mean_square(model, training)
-                cost.backward()
-                gradient = model.weights.grad
-                assert gradient is not None
-                gradient[~trainable] = 0.0
-                if not torch.isfinite(gradient).all():
-                    gradient.zero_()
-                norm = float(torch.nn.utils.clip_grad_norm_([model.weights], self.gradient_clip))
-                value = float(cost.detach())
-                if value < lowest:
-                    kept, lowest = model.weights.detach().clone(), value
-                if not latest:
-                    latest |= {"cost": value, "gradient": norm}
-                return cost
+        def closure() -> Tensor:
+            nonlocal kept, lowest
+            weights = start.copy()
+            weights[free] += basis @ parameter.detach().numpy()
+            value, by_weights = cost(weights)
+            gradient = basis.T @ by_weights[free]
+            if not (math.isfinite(value) and np.isfinite(gradient).all()):
+                value, gradient = math.inf, np.zeros_like(gradient)
+            if value < lowest:
+                kept, lowest = weights, value
+            if not latest:
+                norm = float(np.linalg.norm(gradient))
+                latest.update(stage=float(number), cost_deg2=value, gradient=norm)
+            parameter.grad = torch.from_numpy(self._scaled(gradient, value))
+            return torch.tensor(value, dtype=torch.float64)
 
+        costs: list[float] = []
+        for _ in range(self.iterations):
+            latest.clear()
             step(closure)
-            history.append(latest)
-            log(iteration, latest)
-        with torch.no_grad():
-            model.weights.copy_(kept)
-        return history
+            record(dict(latest))
+            costs.append(lowest)
+            if self._settled(costs):
+                break
+        return kept
+
+    def _settled(self, costs: list[float]) -> bool:
+        if len(costs) <= self._patience:
+            return False
+        before, now = costs[-1 - self._patience], costs[-1]
+        return before - now <= self._patience * self.cost_change * before
+
+    def _scaled(self, gradient: FloatArray, cost: float) -> FloatArray:
+        return gradient
 
 
 @dataclass(frozen=True)
 class Lbfgs(_GradientOptimizer):
     """Limited-memory BFGS with a strong Wolfe line search (`torch.optim.LBFGS`).
 
+    Weights are scaled by their typical sizes, and by the curvature of the cost at the start of
+    each stage: as they come, they differ in size by a factor of 10^4.
+
     Parameters
     ----------
     restarts : int
         Random starts.
     iterations : int
-        Per restart.
-    gradient_clip : float
-        Largest norm of the gradient; the closed loop's can be huge far from a solution.
+        Per restart and stage.
+    curriculum : sequence of {"open", int, "closed"}
+        Stages (`narx.training.stages.stages_of`).
+    prior_deg2 : float
+        As `narx.training.LevenbergMarquardt`.
+    cost_change : float
+        A restart stops when ten iterations lower its cost by less than ten times this share.
+    device : str, optional
+        Where torch operations compute the cost, such as ``cuda``; the compiled loop on the CPU
+        if not given.
     history_size : int
         Updates that LBFGS remembers.
+
+    Raises
+    ------
+    UserError
+        If a value is out of its range.
     """
 
     history_size: int = 20
 
-    def _stepper(self, model: Narx) -> _Stepper:
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        whole("optimizer.history_size", self.history_size, 1, 1000)
+
+    def _stepper(self, parameter: Tensor) -> _Step:
         optimizer = torch.optim.LBFGS(
-            [model.weights],
+            [parameter],
             max_iter=1,
+            # by default a quarter more than max_iter, which leaves the line search no evaluation
+            max_eval=_MOST_LINE_SEARCH,
             history_size=self.history_size,
             line_search_fn="strong_wolfe",
+            tolerance_grad=0.0,
+            tolerance_change=0.0,
         )
         return lambda closure: optimizer.step(closure) and None
 
 
 @dataclass(frozen=True)
 class Adam(_GradientOptimizer):
-    """Adam (`torch.optim.Adam`).
+    """Adam (`torch.optim.Adam`) with a step size that rises, then falls to nearly nothing.
+
+    Weights are scaled as in `Lbfgs`. It descends the logarithm of the cost, which has the same
+    minimum: a loop that is not yet stable has a cost of thousands, after which Adam's running
+    mean of squares would hold all later steps down.
 
     Parameters
     ----------
     restarts : int
         Random starts.
     iterations : int
-        Per restart.
-    gradient_clip : float
-        Largest norm of the gradient.
+        Per restart and stage.
+    curriculum : sequence of {"open", int, "closed"}
+        Stages (`narx.training.stages.stages_of`).
+    prior_deg2 : float
+        As `narx.training.LevenbergMarquardt`.
+    cost_change : float
+        As `Lbfgs`; zero, because the last and smallest steps are the ones that settle.
+    device : str, optional
+        As `Lbfgs`.
     learning_rate : float
-        Step size.
+        Largest step size, in scaled weights.
+
+    Raises
+    ------
+    UserError
+        If a value is out of its range.
     """
 
-    learning_rate: float = 3e-3
+    restarts: int = 2
+    iterations: int = 800
+    cost_change: float = 0.0
+    learning_rate: float = 0.03
 
-    def _stepper(self, model: Narx) -> _Stepper:
-        optimizer = torch.optim.Adam([model.weights], lr=self.learning_rate)
-        return lambda closure: optimizer.step(closure) and None
+    _patience = 10**9
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        between("optimizer.learning_rate", self.learning_rate, 1e-9, 10.0)
+
+    def _stepper(self, parameter: Tensor) -> _Step:
+        optimizer = torch.optim.Adam([parameter], lr=self.learning_rate, betas=(0.9, 0.99))
+        schedule = torch.optim.lr_scheduler.OneCycleLR(
+            optimizer,
+            self.learning_rate,
+            total_steps=max(self.iterations, 1),
+            pct_start=0.1,
+            final_div_factor=1e3,
+            cycle_momentum=False,
+        )
+
+        def step(closure: Callable[[], Tensor]) -> None:
+            optimizer.step(closure)
+            schedule.step()
+
+        return step
+
+    def _scaled(self, gradient: FloatArray, cost: float) -> FloatArray:
+        return gradient / max(cost, 1e-300)
+
+
+def _compiled(stage: Stage) -> _Cost:
+    """Cost and gradient by the compiled loop: the last row of a problem's products."""
+
+    def cost(weights: FloatArray) -> tuple[float, FloatArray]:
+        last = stage.problem.products(weights[None])[0, -1] * stage.mean_square
+        return float(last[-1]), 2.0 * last[:-1]
+
+    return cost
+
+
+def _by_torch(stage: Stage, device: str) -> _Cost:
+    """Cost and gradient by torch operations, on any device."""
+
+    def cost(weights: FloatArray) -> tuple[float, FloatArray]:
+        w = torch.from_numpy(weights).to(device).requires_grad_()
+        value = stage.problem.residuals(w).square().sum() * stage.mean_square
+        (gradient,) = torch.autograd.grad(value, w)
+        return float(value.detach()), gradient.cpu().numpy()
+
+    return cost
+
+
+def _basis(stage: Stage, start: FloatArray, free: np.ndarray, size: FloatArray) -> FloatArray:
+    """Directions (P_free, P_free) along which the cost bends alike, in units of typical sizes."""
+    products = stage.problem.products(start[None])[0] * stage.mean_square
+    lower = np.tril(products)
+    curvature = (lower + np.tril(lower, -1).T)[np.ix_(free, free)] * np.outer(size, size)
+    if not np.isfinite(curvature).all():
+        return np.diag(size)
+    bends, directions = np.linalg.eigh(curvature)
+    return size[:, None] * directions / np.sqrt(np.maximum(bends, _LEAST_CURVATURE))

@@ -6,8 +6,9 @@ horizons, then the closed loop, and the winner is who does best in closed loop o
 no stage has seen.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,32 +18,16 @@ from narx.errors import UserError
 from narx.kernels.threads import in_threads
 from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
+from narx.training.least_squares.one_step import OneStepFit
 from narx.training.least_squares.problem import LeastSquaresProblem
 from narx.training.least_squares.solver import Options, Result, levenberg_marquardt
+from narx.training.stages import Stage
 from narx.types import BoolArray, FloatArray
+from narx.windows.lagged import LaggedWindows
 
 # starts that are trained in step, and a unit of work for a thread; fixed, so that results do not
 # depend on the number of threads
 _TOGETHER = 16
-
-
-@dataclass(frozen=True)
-class Stage:
-    """One problem of a curriculum, and how hard it is tried.
-
-    Parameters
-    ----------
-    name : str
-        For reports.
-    problem : LeastSquaresProblem
-        What is minimised.
-    options : Options
-        Of the solver.
-    """
-
-    name: str
-    problem: LeastSquaresProblem
-    options: Options
 
 
 @dataclass(frozen=True)
@@ -56,8 +41,8 @@ class MultiStartResult:
     best : int
         Which it was.
     errors : ndarray, shape (R,)
-        Root mean square residual of every start on the held-back samples; not finite where it
-        diverged.
+        Root of the weighted mean of squared residuals of every start on the held-back samples;
+        not finite where it diverged.
     n_dropped : int
         Starts whose error is not finite.
     all_weights : ndarray, shape (R, P)
@@ -73,41 +58,48 @@ class MultiStartResult:
     all_weights: FloatArray
     stages: dict[str, list[Result]]
 
-    def spread(self) -> dict[str, float]:
-        """Describe how the starts differ.
-
-        Returns
-        -------
-        dict of str to float
-            Number of starts and of dropped ones; least, quartiles and largest finite error.
-        """
-        finite = self.errors[np.isfinite(self.errors)]
-        levels = {"min": 0.0, "q25": 0.25, "median": 0.5, "q75": 0.75, "max": 1.0}
-        quantiles = {name: float(np.quantile(finite, q)) for name, q in levels.items()}
-        return {"n_starts": float(len(self.errors)), "n_dropped": float(self.n_dropped)} | quantiles
-
-    def history(self, start: int | None = None) -> list[dict[str, float]]:
+    def history(self, stages: Sequence[Stage], start: int | None = None) -> list[dict[str, float]]:
         """List the iterations of a start through all stages.
 
         Parameters
         ----------
+        stages : sequence of Stage
+            Those that were run.
         start : int, optional
-            Which; the best if not given.
+            Which start; the best if not given.
 
         Returns
         -------
         list of dict
-            ``stage`` (its number), ``cost``, ``damping`` and ``gradient`` of each iteration.
+            ``stage`` (its number), ``cost_deg2`` (the stage's mean square), ``damping`` and
+            ``gradient`` of each iteration.
         """
         start = self.best if start is None else start
         group, column = divmod(start, _TOGETHER)
         rows = []
-        for number, results in enumerate(self.stages.values()):
-            history = results[group].history
-            for i in range(results[group].n_evaluations[column] + 1):
-                row = {name: float(values[i, column]) for name, values in history.items()}
-                rows.append({"stage": float(number)} | row)
+        for number, (stage, results) in enumerate(zip(stages, self.stages.values(), strict=True)):
+            result = results[group]
+            for i in range(result.n_evaluations[column] + 1):
+                rows.append(
+                    {
+                        "stage": float(number),
+                        "cost_deg2": 2.0
+                        * float(result.history["cost"][i, column])
+                        * stage.mean_square,
+                        "damping": float(result.history["damping"][i, column]),
+                        "gradient": float(result.history["gradient"][i, column]),
+                    }
+                )
         return rows
+
+
+def _told(
+    log: Callable[[int, FloatArray, float], None],
+    first: int,
+    mean_square: float,
+    cost: FloatArray,
+) -> None:
+    log(first, cost, mean_square)
 
 
 def normal_starts(
@@ -164,55 +156,38 @@ def biases(structure: NarxStructure) -> BoolArray:
 def network_curriculum(
     inputs: Tensor,
     targets: Tensor,
-    state: Tensor | None = None,
     *,
     structure: NarxStructure,
     horizons: Sequence[int | None] = (1, 50, None),
-    options: Sequence[Options] | Options | None = None,
-    sequence_weights: Tensor | None = None,
-    washout: int = 0,
 ) -> list[Stage]:
-    """Put the fit of one network into stages of growing horizon.
+    """Put the fit of one network to one sequence, from a state of zero, into growing horizons.
 
     Parameters
     ----------
-    inputs : Tensor, shape (..., N, n_inputs)
+    inputs : Tensor, shape (N, n_inputs)
         Normalised inputs.
-    targets : Tensor, shape (..., N)
+    targets : Tensor, shape (N,)
         Normalised outputs wanted; NaN samples do not count.
-    state : Tensor, shape (..., n_state), optional
-        State before the first sample; zero if not given.
     structure : NarxStructure
         Sizes of the network.
     horizons : sequence of int or None
         Samples ahead in each stage: 1 is open loop, None the closed loop.
-    options : Options, or one for each stage, optional
-        Of the solver.
-    sequence_weights : Tensor, shape (...), optional
-        Factor on the squared residuals of each sequence.
-    washout : int
-        Initial samples of each sequence that do not count.
 
     Returns
     -------
     list of Stage
         Ready for `multi_start`.
     """
-    if options is None or isinstance(options, Options):
-        options = [options or Options()] * len(horizons)
     stages = []
-    for horizon, option in zip(horizons, options, strict=True):
-        fit = NetworkFit(
-            inputs,
-            targets,
-            state,
-            structure=structure,
-            sequence_weights=sequence_weights,
-            washout=washout,
-            horizon=horizon,
-        )
+    for horizon in horizons:
+        fit: LeastSquaresProblem
+        if horizon == 1:
+            lags = structure.input_lags, structure.output_lags
+            fit = OneStepFit(LaggedWindows([inputs.numpy()], [targets.numpy()], *lags), structure)
+        else:
+            fit = NetworkFit(inputs, targets, structure=structure, horizon=horizon)
         name = {1: "open_loop", None: "closed_loop"}.get(horizon, f"horizon_{horizon}")
-        stages.append(Stage(name, fit, option))
+        stages.append(Stage(name, fit, 1.0 / max(fit.total_weight, 1.0)))
     return stages
 
 
@@ -220,8 +195,10 @@ def multi_start(
     stages: Sequence[Stage],
     starts: ArrayLike,
     validation: LeastSquaresProblem,
+    options: Options | None = None,
     *,
     trainable: ArrayLike | None = None,
+    log: Callable[[int, FloatArray, float], None] | None = None,
 ) -> MultiStartResult:
     """Train from many starts, in threads, and choose the best on held-back samples.
 
@@ -233,8 +210,13 @@ def multi_start(
         Weights to start from.
     validation : LeastSquaresProblem
         Closed-loop fit to held-back samples.
+    options : Options, optional
+        Of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
         Weights that may move; all if not given.
+    log : callable, optional
+        Called after each iteration of a group of starts, possibly from several threads: number
+        of its first start, the starts' costs, and the stage's factor to mean squares.
 
     Returns
     -------
@@ -258,12 +240,16 @@ def multi_start(
             by_group[group] = []
             for stage in stages:
                 result = levenberg_marquardt(
-                    stage.problem, weights[rows], stage.options, trainable=trainable
+                    stage.problem,
+                    weights[rows],
+                    options,
+                    trainable=trainable,
+                    log=None if log is None else partial(_told, log, group, stage.mean_square),
                 )
                 weights[rows] = result.weights
                 by_group[group].append(result)
             squares = validation.products(weights[rows])[:, -1, -1]
-            errors[rows] = np.sqrt(squares / max(validation.n_residuals, 1))
+            errors[rows] = np.sqrt(squares / max(validation.total_weight, 1e-300))
 
     in_threads(train, n_starts, _TOGETHER)
     for group in sorted(by_group):

@@ -10,8 +10,11 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
+from narx.errors import UserError
 from narx.network.model import Narx
 from narx.training.batch import Batch
+from narx.training.ranges import between, yes_or_no
+from narx.types import FloatArray
 
 # what an optimizer reports as it goes: iteration, and numbers by name (cost, damping, ...)
 Log = Callable[[int, dict[str, float]], None]
@@ -30,8 +33,8 @@ class Objective:
     axis_weights : tuple of three floats
         Of the squared errors of the sagittal, frontal and transverse axis.
     offset_free : bool
-        Remove each sequence's mean error on each axis first: the mean angle is the start-up's
-        business, not the network's.
+        Remove each sequence's mean error on each axis first: the start-up finds the mean angle.
+        For coupled axes alone.
     washout_s : float
         Time after a sequence's start that does not count, s.
     rest_weight : float
@@ -41,13 +44,37 @@ class Objective:
         pole outside the unit circle fits them as well. 0 leaves the sequence out.
     rest_leak_rad_s : float
         How fast, rad/s.
+
+    Raises
+    ------
+    UserError
+        If a value is out of its range, or no axis counts.
     """
 
-    axis_weights: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    offset_free: bool = False
+    axis_weights: tuple[float, float, float] = (1.0, 1.0, 0.0)
+    offset_free: bool = True
     washout_s: float = 0.0
-    rest_weight: float = 0.0
-    rest_leak_rad_s: float = 0.1
+    rest_weight: float = 0.1
+    rest_leak_rad_s: float = 0.2
+
+    def __post_init__(self) -> None:
+        name = "model.objective"
+        try:
+            weights = tuple(self.axis_weights)
+        except TypeError:
+            weights = ()
+        if len(weights) != 3:
+            raise UserError(f"{name}.axis_weights is '{self.axis_weights}', expected 3 numbers")
+        for weight in weights:
+            between(f"{name}.axis_weights", weight, 0.0)
+        if not any(weights):
+            raise UserError(f"{name}.axis_weights is {list(weights)}, expected one above 0")
+        object.__setattr__(self, "axis_weights", weights)
+        yes_or_no(f"{name}.offset_free", self.offset_free)
+        between(f"{name}.washout_s", self.washout_s, 0.0)
+        between(f"{name}.rest_weight", self.rest_weight, 0.0)
+        # a slower return would take more samples than any training has
+        between(f"{name}.rest_leak_rad_s", self.rest_leak_rad_s, 1e-3, 100.0)
 
     def washout_samples(self, model: Narx) -> int:
         """Samples that do not count at a network's rate.
@@ -165,6 +192,7 @@ class Optimizer(Protocol):
         objective: Objective,
         rng: np.random.Generator,
         log: Log,
+        start: FloatArray | None = None,
     ) -> FitReport:
         """Set the weights of a network to the best found.
 
@@ -179,7 +207,9 @@ class Optimizer(Protocol):
         rng : numpy.random.Generator
             Draws the starts.
         log : callable
-            Told how it goes.
+            Called with iteration and numbers by name: ``restart_00/cost_deg2``.
+        start : ndarray, shape (P,), optional
+            Weights to go on from, instead of random starts.
 
         Returns
         -------

@@ -18,6 +18,7 @@ from narx.recordings.trial import Trial
 from narx.training.design import NetworkDesign, train_network
 from narx.training.levenberg_marquardt import LevenbergMarquardt
 from narx.training.objective import Log, Objective, Optimizer
+from narx.training.ranges import between, one_of, whole
 from narx.training.trial_reader import Stretch, TrialReader
 from narx.windows.sequences import TrainingSequence, hold_back
 
@@ -49,11 +50,14 @@ class Trainer:
         As `narx.inference.NarxMethod`, s; None leaves a lasting deviation.
     held_back : float
         End of each training sequence that chooses among restarts where no data are given for
-        that, as a share of its samples in [0, 1); 0 lets the training data choose.
+        that, as a share of its samples in [0, 0.9]; 0 lets the training data choose.
     seed : int or numpy.random.Generator
         Of the starts.
     tracker : PostureTracker, optional
         Learns posture and bias as the network runs, instead of start-up and washout.
+    start : Checkpoint, optional
+        Trained network to go on from, of the same design and sampling rate: its scales are kept,
+        and only the last stage of the curriculum is run.
 
     Raises
     ------
@@ -83,19 +87,19 @@ class Trainer:
     held_back: float = 0.25
     seed: int | np.random.Generator = 0
     tracker: PostureTracker | None = None
+    start: Checkpoint | None = None
 
     def __post_init__(self) -> None:
         washout_gain(self.washout_s, 1.0)  # refuses a time that is not positive
-        if self.axis_scaling not in get_args(AxisScaling):
+        one_of("model.axis_scaling", self.axis_scaling, get_args(AxisScaling))
+        between("training.held_back", self.held_back, 0.0, 0.9)
+        if self.objective.offset_free and not self.design.coupled:
             raise UserError(
-                f"model.axis_scaling is '{self.axis_scaling}', expected one of "
-                f"{', '.join(get_args(AxisScaling))}"
+                "model.objective.offset_free=true needs model.coupled=true; with axes on their "
+                "own set model.objective.offset_free=false"
             )
-        if not 0 <= self.held_back < 1:
-            raise UserError(
-                f"training.held_back is {self.held_back}, expected a share of at least 0 and "
-                "below 1"
-            )
+        if not isinstance(self.seed, np.random.Generator):
+            whole("training.seed", self.seed, 0, 2**63 - 1)
 
     def fit(
         self,
@@ -190,6 +194,7 @@ class Trainer:
             self.optimizer,
             np.random.default_rng(self.seed),
             log,
+            None if self.start is None else self.start.model,
         )
         return Checkpoint(
             model,

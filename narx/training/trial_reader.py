@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import inf
+from typing import get_args
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
 from narx.errors import UserError
 from narx.inference.narx_method import NarxMethod
 from narx.recordings.trial import Trial
+from narx.training.ranges import between, one_of
 from narx.training.teachers import AutomaticTeacher, Teacher
 from narx.types import BoolArray, FloatArray
 from narx.windows.sequences import TrainingSequence, contiguous
@@ -66,7 +68,7 @@ class TrialReader:
     Raises
     ------
     UserError
-        If the time to skip is negative or a weight is not a finite number above zero.
+        If a value is out of its range.
     """
 
     teacher: Teacher = field(default_factory=_default_teacher)
@@ -76,11 +78,10 @@ class TrialReader:
     weights: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not 0 <= self.skip_s < inf:
-            raise UserError(f"training.skip_s is {self.skip_s}, expected 0 s or more")
+        between("training.skip_s", self.skip_s, 0.0)
+        one_of("calibration", self.calibration, get_args(Mode))
         for name, weight in self.weights.items():
-            if not 0 < weight < inf:
-                raise UserError(f"training.weights.{name} is {weight}, expected a number above 0")
+            between(f"training.weights.{name}", weight, 1e-6)
 
     def sequences(self, stretches: Iterable[Stretch]) -> list[TrainingSequence]:
         """Cut trials into sequences without gaps.

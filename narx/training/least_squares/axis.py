@@ -1,4 +1,4 @@
-"""Fit of a network to sequences: one step, several steps, or the whole of them ahead."""
+"""Fit of a network to sequences: several steps, or the whole of them ahead."""
 
 import numpy as np
 import torch
@@ -32,16 +32,15 @@ class NetworkFit:
     washout : int
         Initial samples of each sequence that do not count.
     horizon : int, optional
-        1 is open loop: every step starts from measured outputs, and samples that look back at a
-        missing one do not count. More: start again every so many samples, where the measured
-        outputs are there. The whole sequence (closed loop) if not given.
+        Start again every so many samples, 2 or more, where the measured outputs are there. The
+        whole sequence (closed loop) if not given.
     tanh : {"rational", "exact"}
         As in `narx.network.closed_loop.closed_loop`.
 
     Raises
     ------
     ValueError
-        If shapes do not fit or the horizon is not positive.
+        If shapes do not fit or the horizon is below 2.
     """
 
     def __init__(
@@ -56,8 +55,8 @@ class NetworkFit:
         horizon: int | None = None,
         tanh: Tanh = "rational",
     ) -> None:
-        if horizon is not None and horizon < 1:
-            raise ValueError(f"horizon is {horizon}, expected at least 1")
+        if horizon is not None and horizon < 2:
+            raise ValueError(f"horizon is {horizon}, expected at least 2")
         some = inputs.new_zeros(structure.n_weights)
         _, inputs, state = broadcast(some, inputs, state, structure)
         self.structure, self.horizon, self.washout, self.tanh = structure, horizon, washout, tanh
@@ -75,15 +74,10 @@ class NetworkFit:
         lanes = lanes_for(len(self._inputs))
         self._in_step = lanes, in_lanes(len(self._inputs), len(lanes))[:, None]
         self.n_weights = structure.n_weights
-        if horizon == 1:  # a sample counts if what it looks back at is there too
-            past = np.isnan(self._state[:, structure.n_input_state :])[:, ::-1]
-            missing = np.concatenate([past, ~there], axis=1)
-            for lag in range(1, structure.output_lags + 1):
-                first = structure.output_lags - lag
-                there &= ~missing[:, first : first + n_samples]
         self._counted = there
         self._counted[:, :washout] = False
         self.n_residuals = int(np.count_nonzero(self._counted))
+        self.total_weight = float((self._roots**2) @ self._counted.sum(axis=1))
 
     def products(self, weights: FloatArray) -> FloatArray:
         """Multiply residuals and their derivatives.
@@ -108,15 +102,16 @@ class NetworkFit:
         Parameters
         ----------
         weights : Tensor, shape (P,)
-            Flat weights.
+            Flat weights; on their device.
 
         Returns
         -------
         Tensor, shape (B, N)
             Zero where they do not count.
         """
-        inputs, state, targets, roots = (
-            torch.from_numpy(a) for a in (self._inputs, self._state, self._targets, self._roots)
+        inputs, state, targets, roots, counted = (
+            torch.from_numpy(a).to(weights.device)
+            for a in (self._inputs, self._state, self._targets, self._roots, self._counted)
         )
         n_out, n_samples = self.structure.output_lags, targets.shape[1]
         past = state[:, self.structure.n_input_state :].flip(-1)
@@ -134,7 +129,6 @@ class NetworkFit:
             outputs.append(output)
         if not outputs:
             return targets
-        counted = torch.from_numpy(self._counted)
         errors = roots[:, None] * (torch.cat(outputs, dim=1) - targets)
         return torch.where(counted, errors, 0.0)
 
@@ -153,14 +147,13 @@ class NetworkFit:
         # sums of their own for each group: the same numbers with any number of threads
         sums = np.zeros((len(groups), n_rows, n_rows, 8))
         shape, exact = kernel_shape(self.structure), EXACT[self.tanh]
-        recurrent = None if self.horizon == 1 else True
 
         def part(first: int, last: int) -> None:
             for i in range(first, last):
                 loops.axis_normal.normal_equations(
                     packed[i], self._inputs, self._targets, self._state, self._roots, self._lengths,
                     groups[i], self.washout, self.horizon or 0, sums[i],
-                    shape, lanes, exact, recurrent,
+                    shape, lanes, exact,
                 )  # fmt: skip
 
         in_threads(part, len(groups), 1)

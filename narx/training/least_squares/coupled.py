@@ -85,6 +85,8 @@ class CoupledFit:
         n_axes = 2 if weights[2] == 0 else 3
         self._wanted = Wanted(wanted, roots, lengths, washout, n_axes, offset_free)
         self.n_residuals = int(np.count_nonzero(there))
+        counts = there.sum(axis=1) @ weights
+        self.total_weight = float(counts.sum() if roots is None else roots**2 @ counts)
 
     def products(self, weights: FloatArray) -> FloatArray:
         """Multiply residuals and their derivatives.
@@ -112,28 +114,32 @@ class CoupledFit:
         Parameters
         ----------
         weights : Tensor, shape (P,)
-            Flat weights.
+            Flat weights; on their device.
 
         Returns
         -------
         Tensor, shape (B, N, 3)
             In rad, zero where they do not count.
         """
-        batch, wanted = self._batch, self._wanted
+        batch, wanted, device = self._batch, self._wanted, weights.device
+
+        def there_too(array: FloatArray | BoolArray) -> Tensor:
+            return torch.from_numpy(array).to(device)
+
         angles, _ = coupled_closed_loop_by_torch(
             weights,
-            *(torch.from_numpy(a) for a in (batch.rates, batch.state, batch.posture)),
-            rate_scale=1.0 / torch.from_numpy(batch.scales[:3]),
-            angle_scale=torch.from_numpy(batch.angle_scale),
+            *map(there_too, (batch.rates, batch.state, batch.posture)),
+            rate_scale=1.0 / there_too(batch.scales[:3]),
+            angle_scale=there_too(batch.angle_scale),
             structure=batch.structure,
         )
         targets = wanted.targets * batch.angle_scale + batch.posture[:, None]
-        there = torch.from_numpy(self._there)
-        errors = torch.where(there, angles - torch.from_numpy(targets), 0.0)
+        there = there_too(self._there)
+        errors = torch.where(there, angles - there_too(targets), 0.0)
         if wanted.offset_free:
             mean = errors.sum(dim=1, keepdim=True) / there.sum(dim=1, keepdim=True).clamp(min=1)
             errors = torch.where(there, errors - mean, 0.0)
-        errors = errors * torch.from_numpy(np.sqrt(self._axis_factors) / batch.angle_scale)
+        errors = errors * there_too(np.sqrt(self._axis_factors) / batch.angle_scale)
         if wanted.roots is not None:
-            errors = errors * torch.from_numpy(wanted.roots)[:, None, None]
+            errors = errors * there_too(wanted.roots)[:, None, None]
         return errors

@@ -45,13 +45,13 @@ class OneStepFit:
             )
         self.windows, self.structure = windows, structure
         self.n_weights = structure.n_weights
-        self.n_residuals = int(np.count_nonzero(windows.weights))
+        self.n_residuals = int(np.count_nonzero(windows.weights.numpy()))
         self.total_weight = float(windows.weights.sum())
         # filled up to whole vectors with windows that do not count
         padded = np.zeros((n_features + 2, -(-n // 8) * 8))
-        padded[:-2, :n] = windows.features.T
-        padded[-2, :n] = windows.targets
-        padded[-1, :n] = np.sqrt(windows.weights)
+        padded[:-2, :n] = windows.features.numpy().T
+        padded[-2, :n] = windows.targets.numpy()
+        padded[-1, :n] = np.sqrt(windows.weights.numpy())
         self._features, self._targets, self._roots = padded[:-2], padded[-2], padded[-1]
         self._shape = length(structure.hidden), length(n_features)
         self._exact = EXACT[tanh]
@@ -70,7 +70,7 @@ class OneStepFit:
             Lower triangle of ``[J r].T @ [J r]`` of each start.
         """
         if not loops.AVAILABLE:
-            return products_by_torch(self._residuals, weights)
+            return products_by_torch(self.residuals, weights)
         size = self.n_weights + 1
         n_rows = self.n_weights // 4 * 4 + 4
         n_parts = max(-(-len(self._targets) // _PART), 1)
@@ -88,56 +88,25 @@ class OneStepFit:
             :, :size, :size
         ]
 
-    def residuals(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Compute residuals and Jacobian.
+    def residuals(self, weights: Tensor) -> Tensor:
+        """Compute weighted residuals by torch operations, differentiable.
 
         Parameters
         ----------
-        weights : ndarray, shape (P,)
-            Weights.
+        weights : Tensor, shape (P,)
+            Flat weights; on their device.
 
         Returns
         -------
-        residuals : ndarray, shape (M,)
-            Weighted residuals.
-        jacobian : ndarray, shape (M, P)
-            Their derivatives.
+        Tensor, shape (M,)
+            In normalised units.
         """
-        structure, x, w2 = self.structure, self.windows.features.numpy(), weights[self.structure.w2]
-        w1 = weights[structure.w1].reshape(structure.hidden, -1)
-        hidden = np.tanh(x @ w1.T + weights[structure.b1])
-        slopes = w2 * (1.0 - hidden**2)
-        jacobian = np.ones((len(x), structure.n_weights))
-        jacobian[:, structure.w1] = (slopes[:, :, None] * x[:, None]).reshape(len(x), -1)
-        jacobian[:, structure.b1], jacobian[:, structure.w2] = slopes, hidden
-        roots = np.sqrt(self.windows.weights.numpy())
-        errors = hidden @ w2 + weights[structure.b2] - self.windows.targets.numpy()
-        return roots * errors, roots[:, None] * jacobian
-
-    def _residuals(self, weights: Tensor) -> Tensor:
-        """Weighted residuals (M,) by torch operations."""
-        windows = self.windows
-        prediction = one_step_by_torch(weights, windows.features, self.structure)
-        return torch.sqrt(windows.weights) * (prediction - windows.targets)
-
-
-def one_step_by_torch(weights: Tensor, features: Tensor, structure: NarxStructure) -> Tensor:
-    """Predict one step ahead from lagged features, by plain torch operations.
-
-    Parameters
-    ----------
-    weights : Tensor, shape (P,)
-        Flat weights.
-    features : Tensor, shape (M, n_features)
-        Newest first (`narx.windows.LaggedWindows`).
-    structure : NarxStructure
-        Sizes of the network.
-
-    Returns
-    -------
-    Tensor, shape (M,)
-        Predictions.
-    """
-    w1 = weights[structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
-    hidden = torch.tanh(features @ w1.mT + weights[structure.b1])
-    return hidden @ weights[structure.w2] + weights[structure.b2]
+        structure, windows = self.structure, self.windows
+        features, targets, squares = (
+            tensor.to(weights.device)
+            for tensor in (windows.features, windows.targets, windows.weights)
+        )
+        w1 = weights[structure.w1].unflatten(-1, (structure.hidden, structure.n_features))
+        hidden = torch.tanh(features @ w1.mT + weights[structure.b1])
+        outputs = hidden @ weights[structure.w2] + weights[structure.b2]
+        return torch.sqrt(squares) * (outputs - targets)

@@ -3,6 +3,8 @@
 from typing import Protocol
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from narx.types import FloatArray
 
@@ -17,6 +19,24 @@ class LeastSquaresProblem(Protocol):
     @property
     def n_residuals(self) -> int:
         """Number of residuals that count."""
+
+    @property
+    def total_weight(self) -> float:
+        """Sum of the weights of the squared residuals that count."""
+
+    def residuals(self, weights: Tensor) -> Tensor:
+        """Compute weighted residuals by torch operations, differentiable.
+
+        Parameters
+        ----------
+        weights : Tensor, shape (P,)
+            Flat weights; on their device.
+
+        Returns
+        -------
+        Tensor
+            Of any shape; zero where they do not count.
+        """
 
     def products(self, weights: FloatArray) -> FloatArray:
         """Multiply residuals and their derivatives.
@@ -64,6 +84,30 @@ class TowardsPrior:
     def n_residuals(self) -> int:
         """Number of residuals of the problem itself."""
         return self._problem.n_residuals
+
+    @property
+    def total_weight(self) -> float:
+        """Sum of the weights of the problem's own squared residuals."""
+        return self._problem.total_weight
+
+    def residuals(self, weights: Tensor) -> Tensor:
+        """Compute residuals by torch operations, those of the prior last.
+
+        Parameters
+        ----------
+        weights : Tensor, shape (P,)
+            Flat weights; on their device.
+
+        Returns
+        -------
+        Tensor, shape (N + P,)
+            Weighted.
+        """
+        centre, root = (
+            torch.from_numpy(a).to(weights.device) for a in (self._centre, np.sqrt(self._strength))
+        )
+        own = self._problem.residuals(weights).reshape(-1)
+        return torch.cat([own, root * (weights - centre)])
 
     def products(self, weights: FloatArray) -> FloatArray:
         """Multiply residuals and their derivatives, those of the prior included.

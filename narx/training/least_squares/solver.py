@@ -6,6 +6,7 @@ Each evaluation gives cost, gradient and Gauss-Newton matrix together, so a kept
 second pass; a step that does not lower the cost is never kept.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -76,6 +77,7 @@ def levenberg_marquardt(
     options: Options | None = None,
     *,
     trainable: ArrayLike | None = None,
+    log: Callable[[FloatArray], None] | None = None,
 ) -> Result:
     """Minimise half a sum of squares.
 
@@ -89,6 +91,8 @@ def levenberg_marquardt(
         Parts of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
         Weights that may move; all if not given (odd networks hold their biases at zero).
+    log : callable, optional
+        Called after each iteration with the starts' costs, NaN where one has stopped.
 
     Returns
     -------
@@ -104,6 +108,8 @@ def levenberg_marquardt(
         if not len(active):
             break
         run.iterate(active)
+        if log is not None:
+            log(np.where(np.isin(np.arange(len(run.cost)), active), run.cost, np.nan))
     return run.result()
 
 

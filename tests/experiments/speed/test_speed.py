@@ -10,7 +10,7 @@ import torch
 
 from narx.experiments.speed import peers as peers
 from narx.experiments.speed import solvers as solvers
-from narx.experiments.speed.__main__ import gait_like, timed
+from narx.experiments.speed.__main__ import gait_like, open_loop_fit, timed
 from narx.experiments.speed.compiled_c import CompiledC
 from narx.network.closed_loop import closed_loop
 from narx.network.structure import NarxStructure
@@ -78,9 +78,7 @@ def test_solvers_fit_the_same_problem_and_stop_at_the_level(problem, name):
     train = SOLVERS[name](v, target, 200)
     if train is None:
         pytest.skip(f"{name} is not installed")
-    fit = NetworkFit(
-        torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
-    )
+    fit = open_loop_fit(v, target)
     start = fit.products(weights[None])[0, -1, -1] / len(v)
     level = 1e-3 * start
     trained = train(weights, level)
@@ -96,9 +94,7 @@ def test_solvers_fit_the_same_problem_and_stop_at_the_level(problem, name):
 def test_the_engine_ends_no_higher_than_scipy_from_random_starts():
     """From far away chance decides which valley a solver meets: so many starts, on average."""
     v, target = gait_like(300)
-    fit = NetworkFit(
-        torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
-    )
+    fit = open_loop_fit(v, target)
     starts = normal_starts(DEFAULT, 16, np.random.default_rng(1))
     train = solvers.scipy_open_loop(v, target, 1000)
     theirs = np.array([train(start, 0.0).mean_square for start in starts])
@@ -111,9 +107,7 @@ def test_the_engine_ends_no_higher_than_scipy_from_random_starts():
 def test_scipy_reports_what_it_reached(problem):
     v, target, weights, _ = problem
     ours = levenberg_marquardt(
-        NetworkFit(
-            torch.from_numpy(v)[:, None], torch.from_numpy(target), structure=DEFAULT, horizon=1
-        ),
+        open_loop_fit(v, target),
         weights,
         Options(Stopping(max_evaluations=1)),
     )

@@ -9,7 +9,7 @@ from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
 from narx.training.least_squares.solver import Options
 from narx.training.least_squares.stopping import Stopping
-from narx.training.multi_start import Stage, multi_start, network_curriculum, normal_starts
+from narx.training.multi_start import multi_start, network_curriculum, normal_starts
 
 DEFAULT = NarxStructure()
 SHORT = Options(Stopping(max_evaluations=15))
@@ -27,7 +27,7 @@ def signals(n=400):
 def curriculum(n_samples=300, **options):
     inputs, targets = signals()
     stages = network_curriculum(
-        inputs[:n_samples], targets[:n_samples], structure=DEFAULT, options=SHORT, **options
+        inputs[:n_samples], targets[:n_samples], structure=DEFAULT, **options
     )
     held_back = targets.clone()
     held_back[:n_samples] = torch.nan
@@ -37,19 +37,18 @@ def curriculum(n_samples=300, **options):
 def test_the_best_by_held_back_samples_is_kept():
     stages, validation = curriculum(horizons=(1, 10, None))
     starts = normal_starts(DEFAULT, 20, np.random.default_rng(0))
-    result = multi_start(stages, starts, validation)
+    result = multi_start(stages, starts, validation, SHORT)
     assert [stage.name for stage in stages] == ["open_loop", "horizon_10", "closed_loop"]
     assert validation.n_residuals == 100
     errors = np.sqrt(validation.products(result.all_weights)[:, -1, -1] / 100)
     np.testing.assert_allclose(result.errors, errors)
     assert result.best == np.argmin(errors)
     np.testing.assert_array_equal(result.weights, result.all_weights[result.best])
-    spread = result.spread()
-    assert spread["min"] == errors.min()
-    assert spread["n_starts"] == 20
-    history = result.history()
+    history = result.history(stages)
     assert {row["stage"] for row in history} == {0.0, 1.0, 2.0}
-    assert all(np.isfinite(row["cost"]) for row in history)
+    assert all(np.isfinite(row["cost_deg2"]) for row in history)
+    last = stages[-1].problem.products(result.weights[None])[0, -1, -1]
+    assert history[-1]["cost_deg2"] == pytest.approx(last / stages[-1].problem.total_weight)
 
 
 def test_the_same_seed_gives_the_same_weights_with_any_number_of_threads():
@@ -60,7 +59,7 @@ def test_the_same_seed_gives_the_same_weights_with_any_number_of_threads():
         for n in (1, 2, 3):
             torch.set_num_threads(n)
             starts = normal_starts(DEFAULT, 35, np.random.default_rng(7))
-            results.append(multi_start(stages, starts, validation).all_weights)
+            results.append(multi_start(stages, starts, validation, SHORT).all_weights)
     finally:
         torch.set_num_threads(threads)
     np.testing.assert_array_equal(results[0], results[1])
@@ -72,28 +71,42 @@ def test_starts_that_diverge_are_dropped_and_counted():
     starts = normal_starts(DEFAULT, 5, np.random.default_rng(0))
     starts[1] = np.nan
     starts[3] = np.inf
-    result = multi_start(stages, starts, validation)
+    result = multi_start(stages, starts, validation, SHORT)
     assert result.n_dropped == 2
     assert result.best not in (1, 3)
     with pytest.raises(UserError, match="none of 1 starts"):
-        multi_start(stages, starts[1:2], validation)
+        multi_start(stages, starts[1:2], validation, SHORT)
 
 
 def test_odd_networks_stay_odd():
     stages, validation = curriculum(horizons=(1, None))
     starts = normal_starts(DEFAULT, 4, np.random.default_rng(0), odd=True)
     held = starts[0] == 0.0
-    result = multi_start(stages, starts, validation, trainable=~held)
+    result = multi_start(stages, starts, validation, SHORT, trainable=~held)
     assert not result.all_weights[:, held].any()
 
 
-def test_stages_of_one_option_each():
+def test_a_horizon_that_is_none_is_refused():
     inputs, targets = signals()
-    options = [SHORT, Options(Stopping(max_evaluations=3))]
-    stages = network_curriculum(
-        inputs, targets, structure=DEFAULT, horizons=(1, None), options=options
-    )
-    assert [stage.options for stage in stages] == options
-    assert isinstance(stages[0], Stage)
     with pytest.raises(ValueError, match="horizon"):
         network_curriculum(inputs, targets, structure=DEFAULT, horizons=(0,))
+
+
+def test_every_iteration_is_told_with_the_costs_of_all_starts():
+    stages, validation = curriculum(horizons=(1, None))
+    starts = normal_starts(DEFAULT, 20, np.random.default_rng(0))
+    told = []
+    result = multi_start(
+        stages,
+        starts,
+        validation,
+        SHORT,
+        log=lambda first, cost, factor: told.append((first, 2 * cost * factor)),
+    )
+    groups = {first for first, _ in told}
+    assert groups == {0, 16}
+    assert all(len(cost) == (16 if first == 0 else 4) for first, cost in told)
+    of_first = [cost[0] for first, cost in told if first == 0]
+    history = [row["cost_deg2"] for row in result.history(stages, 0)]
+    # the history holds the cost before each iteration as well
+    assert {float(cost) for cost in of_first if np.isfinite(cost)} <= set(history)

@@ -70,7 +70,7 @@ def test_mean_square_as_numpy_has_it(model, sequences, offset_free, washout_s, a
 
 def test_an_offset_does_not_matter_where_it_is_not_to(model, sequences):
     shifted = replace(sequences, targets_rad=sequences.targets_rad + 0.3)
-    free, bound = Objective(offset_free=True), Objective()
+    free, bound = Objective(offset_free=True), Objective(offset_free=False)
     assert cost(free, model, shifted) == pytest.approx(cost(free, model, sequences), rel=1e-9)
     assert cost(bound, model, shifted) != pytest.approx(cost(bound, model, sequences), rel=0.1)
 
@@ -92,7 +92,7 @@ def test_what_does_not_count_has_no_gradient(model, sequences):
 
 
 def test_no_rest_no_row(sequences, model):
-    assert Objective().with_rest(model, sequences) is sequences
+    assert Objective(rest_weight=0.0).with_rest(model, sequences) is sequences
 
 
 def test_the_return_to_rest_is_a_decay_without_motion(model, sequences):
@@ -132,7 +132,7 @@ def test_the_return_weighs_as_much_as_said_beside_all_others_together(
 
 def test_a_leaky_integrator_returns_as_asked():
     model = Narx(RATE_HZ, Normalisation(2.0, 0.3))
-    objective = Objective(rest_weight=1.0, rest_leak_rad_s=0.3)
+    objective = Objective(offset_free=False, rest_weight=1.0, rest_leak_rad_s=0.3)
 
     def error_deg(sequences, leak_rad_s):
         weights = leaky_integrator_weights(model, leak_rad_s)

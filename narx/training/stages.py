@@ -1,0 +1,230 @@
+"""What every optimiser minimises, stage by stage: one step ahead, several, the closed loop."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from narx.errors import UserError
+from narx.network.cell import coupled_rates
+from narx.network.model import Narx
+from narx.training.batch import Batch
+from narx.training.initial_weights import leaky_integrator_weights, typical_sizes
+from narx.training.least_squares.axis import NetworkFit
+from narx.training.least_squares.coupled import CoupledFit
+from narx.training.least_squares.one_step import OneStepFit
+from narx.training.least_squares.problem import LeastSquaresProblem, TowardsPrior
+from narx.training.objective import Objective
+from narx.windows.lagged import LaggedWindows
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One problem of a curriculum.
+
+    Parameters
+    ----------
+    name : str
+        For reports.
+    problem : LeastSquaresProblem
+        What is minimised.
+    mean_square : float
+        Factor that makes the sum of its squares a mean square; in deg^2 for a network's stages.
+    """
+
+    name: str
+    problem: LeastSquaresProblem
+    mean_square: float
+
+
+def check_curriculum(curriculum: Sequence[str | int]) -> None:
+    """Refuse a curriculum with an unknown stage.
+
+    Parameters
+    ----------
+    curriculum : sequence of {"open", int, "closed"}
+        As an optimiser is given it.
+
+    Raises
+    ------
+    UserError
+        If it is empty, or a stage is neither open, closed nor a number of samples from 2 on.
+    """
+    stages = [curriculum] if isinstance(curriculum, str) else list(curriculum)
+    for stage in stages:
+        samples = isinstance(stage, int) and not isinstance(stage, bool) and stage >= 2
+        if stage not in ("open", "closed") and not samples:
+            raise UserError(
+                f"optimizer.curriculum holds '{stage}', expected open, closed or a number of "
+                "samples ahead (2 or more)"
+            )
+    if not stages or isinstance(curriculum, str):
+        raise UserError(
+            f"optimizer.curriculum is '{curriculum}', expected a list such as [open, closed]"
+        )
+
+
+def stages_of(
+    model: Narx,
+    training: Batch,
+    objective: Objective,
+    curriculum: Sequence[str | int],
+    prior_deg2: float,
+) -> list[Stage]:
+    """Make the problems of a curriculum.
+
+    Parameters
+    ----------
+    model : Narx
+        Network.
+    training : Batch
+        Sequences, the artificial return to rest among them.
+    objective : Objective
+        Weights and washout. Mean errors are taken off in the closed loop of coupled axes alone;
+        one and several steps ahead, the targets have lost their mean already.
+    curriculum : sequence of {"open", int, "closed"}
+        Stages: one step ahead (on lagged windows), so many samples ahead, or the whole sequence
+        in closed loop. Before the closed loop, coupled axes take the tilt from the teacher.
+    prior_deg2 : float
+        How much mean squared error, in deg^2, it is worth to change a weight of the leaky
+        integrator by all its size; 0 for no prior.
+
+    Returns
+    -------
+    list of Stage
+        With costs in deg^2.
+
+    Raises
+    ------
+    UserError
+        If nothing of the training sequences counts.
+    """
+    centre, size = leaky_integrator_weights(model), typical_sizes(model)
+    stages = []
+    for number, name in enumerate(curriculum):
+        if name == "closed":
+            problem, unit_deg2 = closed_loop_fit(model, training, objective, "training")
+        else:
+            problem = _ahead(name, model, training, objective)
+            unit_deg2 = float(np.rad2deg(model.normalisation.angle_scale_rad)) ** 2
+            _refuse_nothing(problem, model, training, objective, "training")
+        mean_square = unit_deg2 / problem.total_weight
+        if prior_deg2 > 0:
+            problem = TowardsPrior(problem, centre, prior_deg2 / mean_square / size**2)
+        stages.append(Stage(f"{number} {name}", problem, mean_square))
+    return stages
+
+
+def closed_loop_fit(
+    model: Narx, sequences: Batch, objective: Objective, what: str
+) -> tuple[LeastSquaresProblem, float]:
+    """Make the fit of whole sequences in closed loop.
+
+    Parameters
+    ----------
+    model : Narx
+        Network.
+    sequences : Batch
+        Training or held-back sequences.
+    objective : Objective
+        Weights, washout, whether mean errors count.
+    what : str
+        What the sequences are, for the message.
+
+    Returns
+    -------
+    problem : LeastSquaresProblem
+        Residuals in rad (coupled axes) or in normalised units.
+    unit_deg2 : float
+        Square degrees in the unit of its squared residuals.
+
+    Raises
+    ------
+    UserError
+        If no sample counts, so that any network would have an error of zero; or if mean errors
+        are not to count, and the axes are not coupled.
+    """
+    if objective.offset_free and not model.coupled:
+        raise UserError(
+            "model.objective.offset_free=true needs model.coupled=true; with axes on their own "
+            "set model.objective.offset_free=false"
+        )
+    washout = objective.washout_samples(model)
+    scaled = model.normalisation
+    if model.coupled:
+        one = torch.ones(3, dtype=torch.float64)
+        problem: LeastSquaresProblem = CoupledFit(
+            sequences.rates_rad_s,
+            sequences.targets_rad,
+            sequences.state,
+            sequences.posture_rad,
+            rate_scale=one * scaled.rate_scale_rad_s,
+            angle_scale=one * scaled.angle_scale_rad,
+            structure=model.structure,
+            axis_weights=objective.axis_weights,
+            sequence_weights=sequences.weight,
+            washout=washout,
+            offset_free=objective.offset_free,
+        )
+    else:
+        problem = _axes_fit(model, sequences, objective, None)
+    _refuse_nothing(problem, model, sequences, objective, what)
+    unit_rad = 1.0 if model.coupled else scaled.angle_scale_rad
+    return problem, float(np.rad2deg(unit_rad)) ** 2
+
+
+def _refuse_nothing(
+    problem: LeastSquaresProblem, model: Narx, sequences: Batch, objective: Objective, what: str
+) -> None:
+    if problem.total_weight > 0:
+        return
+    longest_s = sequences.rates_rad_s.shape[1] / model.sampling_rate_hz
+    raise UserError(
+        f"training: no sample of the {what} sequences counts; the longest lasts {longest_s:.1f} s, "
+        f"model.objective.washout_s is {objective.washout_s:g} s, axis_weights are "
+        f"{list(objective.axis_weights)}, and targets that are missing do not count"
+    )
+
+
+def _ahead(
+    name: str | int, model: Narx, sequences: Batch, objective: Objective
+) -> LeastSquaresProblem:
+    """Choose the fit of a stage before the closed loop."""
+    if name != "open":
+        return _axes_fit(model, sequences, objective, int(name))
+    # the first windows need the samples before them, which the washout may have
+    first = max(model.structure.input_lags - 1, model.structure.output_lags)
+    begin = max(objective.washout_samples(model) - first, 0)
+    windows = LaggedWindows.of_arrays(
+        model,
+        list(sequences.rates_rad_s[:, begin:].numpy()),
+        list(sequences.targets_rad[:, begin:].numpy()),
+        list(sequences.posture_rad.numpy()),
+        sequences.weight.tolist(),
+        objective.axis_weights,
+    )
+    return OneStepFit(windows, model.structure)
+
+
+def _axes_fit(
+    model: Narx, sequences: Batch, objective: Objective, horizon: int | None
+) -> LeastSquaresProblem:
+    """Fit each axis on its own, so many samples ahead or in closed loop."""
+    scaled, rates = model.normalisation, sequences.rates_rad_s
+    if model.coupled:
+        rates = coupled_rates(rates, sequences.targets_rad.nan_to_num())
+    inputs = (rates - scaled.rate_offset_rad_s) / scaled.rate_scale_rad_s
+    deviation = sequences.targets_rad - sequences.posture_rad[:, None]
+    targets = (deviation - scaled.angle_offset_rad) / scaled.angle_scale_rad
+    axes = [axis for axis, weight in enumerate(objective.axis_weights) if weight > 0]
+    weights = torch.tensor([objective.axis_weights[axis] for axis in axes], dtype=torch.float64)
+    return NetworkFit(
+        inputs.transpose(1, 2).unsqueeze(-1)[:, axes],
+        targets.transpose(1, 2)[:, axes],
+        sequences.state[:, axes],
+        structure=model.structure,
+        sequence_weights=sequences.weight[:, None] * weights,
+        washout=objective.washout_samples(model),
+        horizon=horizon,
+    )
