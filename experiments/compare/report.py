@@ -181,15 +181,15 @@ def learning_figure(table: pd.DataFrame, folders: dict[str, Path]) -> go.Figure 
         if not path.exists():
             continue
         history = pd.DataFrame(json.loads(path.read_text(encoding="utf-8"))["report"]["history"])
-        if "cost" not in history:
+        if "cost_deg2" not in history:
             continue  # of another version
         colour = _COLOURS[(int(str(row.rank)) - 1) % len(_COLOURS)]
         figure.add_scatter(
-            y=history["cost"], name=f"{row.rank}: {row.run}", mode="lines", line={"color": colour}
+            y=history["cost_deg2"], name=f"{row.rank}: {row.run}", mode="lines", line={"color": colour}
         )
     if not figure.data:
         return None
-    figure.update_yaxes(type="log", title_text="cost")
+    figure.update_yaxes(type="log", title_text="cost (deg²)")
     figure.update_xaxes(title_text="iteration")
     return figure
 

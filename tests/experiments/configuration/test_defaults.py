@@ -13,9 +13,7 @@ from narx.settings.checked import arguments_model
 CONFIGS = Path(__file__).parents[3] / "configs"
 # chosen against the defaults: as printed in a paper, or another of several uses of a class
 CHOSEN = {
-    "model/coupled.yaml:objective": "until Objective() is the documented one",
     "model/tham_literal.yaml": "as printed",
-    "optimizer/adam.yaml": "until Adam() is the documented one",
     "split/automatic_training.yaml": "testing: false",
     "split/leave_one_": "the column",
     "split/one_window.yaml": "condition: normal",
