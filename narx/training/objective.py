@@ -55,7 +55,7 @@ class Objective:
     offset_free: bool = True
     washout_s: float = 0.0
     rest_weight: float = 0.1
-    rest_leak_rad_s: float = 0.2
+    rest_leak_rad_s: float = 0.05
 
     def __post_init__(self) -> None:
         name = "model.objective"
