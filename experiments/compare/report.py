@@ -185,7 +185,10 @@ def learning_figure(table: pd.DataFrame, folders: dict[str, Path]) -> go.Figure 
             continue  # of another version
         colour = _COLOURS[(int(str(row.rank)) - 1) % len(_COLOURS)]
         figure.add_scatter(
-            y=history["cost_deg2"], name=f"{row.rank}: {row.run}", mode="lines", line={"color": colour}
+            y=history["cost_deg2"],
+            name=f"{row.rank}: {row.run}",
+            mode="lines",
+            line={"color": colour},
         )
     if not figure.data:
         return None

@@ -30,7 +30,7 @@ def make_run(folder, hidden, seed, error, state="finished", fold=None):
     (folder / "metrics.json").write_text(
         json.dumps({"held_back_error_deg": error, "rmse_deg/knee_right/sagittal/narx": 2 * error})
     )
-    history = [{"cost": 3.0}, {"cost": error}]
+    history = [{"cost_deg2": 3.0}, {"cost_deg2": error}]
     training = {"fold": fold or f"S{seed}", "report": {"history": history}}
     (folder / "training.json").write_text(json.dumps(training))
     time_s = np.arange(0, 2, 0.1)
