@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
+from yaml import YAMLError
 
 from narx.datasets.base import TrialSource
 from narx.datasets.splits import Fold
@@ -82,8 +83,7 @@ def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> D
         raise UserError(f"candidates: fold {fold.name} has one training trial, two are needed")
     best: tuple[float, DictConfig] | None = None
     for overrides in cfg.candidates:
-        candidate = cfg.copy()
-        candidate.merge_with_dotlist(str(overrides).split())
+        candidate = candidate_of(cfg, overrides)
         errors = []
         for key in keys:
             inner = Fold(
@@ -98,6 +98,36 @@ def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> D
             best = float(np.mean(errors)), candidate
     assert best is not None
     return best[1]
+
+
+def candidate_of(cfg: DictConfig, overrides: str) -> DictConfig:
+    """Apply the overrides of a candidate.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        The command's configuration.
+    overrides : str
+        Such as ``model.hidden=6 optimizer.prior_deg2=10``.
+
+    Returns
+    -------
+    omegaconf.DictConfig
+        A copy with them.
+
+    Raises
+    ------
+    UserError
+        If one of them is not ``key=value``.
+    """
+    candidate = cfg.copy()
+    try:
+        candidate.merge_with_dotlist(overrides.split())
+    except (ValueError, TypeError, AttributeError, YAMLError) as error:
+        raise UserError(f"expected key=value ({error})") from error
+    if set(candidate) != set(cfg):
+        raise UserError("expected keys of the configuration, with a value: key=value")
+    return candidate
 
 
 def train(

@@ -7,14 +7,15 @@ from typing import Any
 from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import MissingMandatoryValue
+from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 from pydantic import BaseModel
 
 from narx.errors import UserError, user_error_behind
 from narx.experiments.configuration.components import schema_for
 from narx.experiments.configuration.schemas import SCHEMAS
-from narx.experiments.networks import trainer
+from narx.experiments.networks import candidate_of, trainer
 from narx.settings.checked import validated
+from narx.settings.wording import shown
 
 
 def checked_configuration(cfg: DictConfig, command: str) -> DictConfig:
@@ -46,6 +47,8 @@ def checked_configuration(cfg: DictConfig, command: str) -> DictConfig:
         _made(partial(instantiate, section, _convert_="all"), path)
     if "training" in result:
         _made(partial(trainer, result), "training")
+        _check_names_of_sources(result)
+        _check_candidates(result, command)
     return result
 
 
@@ -73,6 +76,24 @@ def _components(cfg: DictConfig) -> Iterator[tuple[str, DictConfig]]:
     for name, section in cfg.get("method", {}).items():
         if name in cfg.methods:
             yield f"method.{name}", section
+
+
+def _check_names_of_sources(cfg: DictConfig) -> None:
+    for name in cfg.training.weights:
+        if name not in cfg.data:
+            known = ", ".join(str(source) for source in cfg.data if source != "seed")
+            raise UserError(f"training.weights.{name}: no such source, data has {known}")
+
+
+def _check_candidates(cfg: DictConfig, command: str) -> None:
+    for number, overrides in enumerate(cfg.candidates):
+        try:
+            candidate = candidate_of(cfg, overrides)
+            candidate.candidates = []
+            checked_configuration(candidate, command)
+        except (UserError, OmegaConfBaseException) as error:
+            said = " ".join(str(error).split())
+            raise UserError(f"candidates.{number} is {shown(overrides)}: {said}") from error
 
 
 def _check_grid(schema: type[BaseModel], values: Mapping[str, Any]) -> None:

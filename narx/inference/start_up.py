@@ -14,10 +14,13 @@ sum of posture and deviation in both cases, so nothing jumps.
 """
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from narx.kernels.start_up import KNOWN, MOVING_S, STATE_SIZE, run_start_up, split_for_network
+from narx.settings import PositiveSeconds, Seconds, check_fields
 from narx.types import FloatArray
 
 # where in the state lies what
@@ -44,14 +47,22 @@ class StartUp:
         At time t that leak is larger by ``settling_gain / (t + settling_s)``.
     settling_s : float
         See `settling_gain`, s.
+
+    Raises
+    ------
+    UserError
+        If a value is out of its range.
     """
 
-    duration_s: float = 12.0
-    averaging_s: float = 6.0
-    averaging_begin_s: float = 2.0
-    leak_rad_s: float = 0.1
-    settling_gain: float = 2.0
-    settling_s: float = 0.5
+    duration_s: Seconds = 12.0
+    averaging_s: PositiveSeconds = 6.0
+    averaging_begin_s: Seconds = 2.0
+    leak_rad_s: Annotated[float, Field(ge=0, le=100)] = 0.1
+    settling_gain: Annotated[float, Field(ge=0, le=1000)] = 2.0
+    settling_s: PositiveSeconds = 0.5
+
+    def __post_init__(self) -> None:
+        check_fields(self, "start_up")
 
     @property
     def averaged_from_s(self) -> float:

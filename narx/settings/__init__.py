@@ -1,6 +1,6 @@
 """What a value given from outside may be: types with ranges, checked in one way everywhere."""
 
-from narx.settings.checked import checked
+from narx.settings.checked import check_fields, checked
 from narx.settings.values import (
     Count,
     FilePath,
@@ -25,5 +25,6 @@ __all__ = [
     "SamplingRate",
     "Seconds",
     "Seed",
+    "check_fields",
     "checked",
 ]

@@ -55,6 +55,25 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     return wrapper
 
 
+def check_fields(instance: Any, where: str) -> None:
+    """Refuse a dataclass whose fields are not what they are annotated to be.
+
+    Parameters
+    ----------
+    instance : dataclass
+        Calls this in its ``__post_init__``.
+    where : str
+        Begins the message.
+
+    Raises
+    ------
+    UserError
+        With the field's name, its value and what is allowed.
+    """
+    made_by: Callable[..., Any] = type(instance)
+    validated(_model(made_by), vars(instance), f"{where}.")
+
+
 @functools.cache
 def _model(function: Callable[..., Any]) -> type[BaseModel]:
     return arguments_model(function)

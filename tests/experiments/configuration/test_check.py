@@ -6,6 +6,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from narx.errors import UserError
 from narx.experiments.configuration.schemas import SCHEMAS
+from narx.experiments.overrides import readable
 
 REQUIRED = {"export": ["output=a.pt"], "predict": ["input=a.csv", "output=b.csv"]}
 
@@ -40,6 +41,11 @@ def test_the_documented_choices_pass(compose_checked, overrides):
         ("model.axis_scaling=foo", "model.axis_scaling is 'foo', expected one of training, own"),
         ("model.coupled=maybe", "model.coupled is 'maybe', expected true or false"),
         ("model.washout_s=0", "washout_s is 0"),
+        ("model.start_up.averaging_s=-3", "model.start_up.averaging_s is -3, expected a number ab"),
+        ("+training.weights.simulatd=2", "training.weights.simulatd: no such source, data has sim"),
+        ("candidates=[model.hidden=a]", "candidates.0 is 'model.hidden=a': model.hidden is 'a', e"),
+        ("candidates=[model.foo=1]", "candidates.0 is 'model.foo=1': model.foo: there is no such"),
+        ("candidates=[abc]", "candidates.0 is 'abc': expected"),
         ("model.start_up.averaging_s=null", "model.start_up.averaging_s is null, expected a num"),
         ("optimizer.prior_deg2=nan", "optimizer.prior_deg2 is nan, expected a number"),
         (
@@ -87,7 +93,7 @@ def test_the_documented_choices_pass(compose_checked, overrides):
 )
 def test_one_line_names_key_value_and_what_is_allowed(compose_checked, override, line):
     with pytest.raises((UserError, OmegaConfBaseException)) as refusal:
-        compose_checked("benchmark", "methods=[narx,giof]", override)
+        compose_checked("benchmark", "methods=[narx,giof]", *readable([override]))
     said = str(refusal.value)
     assert line in said
     if isinstance(refusal.value, UserError):
