@@ -3,17 +3,19 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
 from narx.kinematics.rotations import compose
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
-from narx.settings import Count, Names, PositiveSeconds, SamplingRate, Seconds, Seed, checked
+from narx.settings import Count, Names, PositiveSeconds, SamplingRate, Seed, checked
+from narx.settings.values import LONGEST_S
 from narx.simulation.body import TABLE_1, Body, body_of
 from narx.simulation.calculus import EDGE
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
@@ -40,6 +42,7 @@ OVERGROUND_SPEED_KM_H = {"normal": (4.5, 0.3), "abnormal": (3.6, 0.3)}
 
 TREADMILL_STAND_S = 4.0
 TREADMILL_RISE_S = 4.0
+TreadmillDuration = Annotated[float, Field(gt=TREADMILL_STAND_S + TREADMILL_RISE_S, le=LONGEST_S)]
 
 # motion is computed at no less than this, whatever the sensors' rate
 _MOTION_RATE_HZ = 500.0
@@ -106,7 +109,7 @@ class SimulatedGait(TrialSource):
         protocol: Protocol = "treadmill",
         conditions: Names | None = None,
         trials_per_condition: Count | None = None,
-        treadmill_duration_s: Seconds = 300.0,
+        treadmill_duration_s: TreadmillDuration = 300.0,
         stand_s: tuple[PositiveSeconds, PositiveSeconds] = (3.0, 5.0),
         steps: tuple[Count, Count] = (3, 5),
         sampling_rate_hz: SamplingRate = 500.0,
@@ -119,9 +122,8 @@ class SimulatedGait(TrialSource):
     ) -> None:
         subjects = _drawn(subjects)
         self.seed = seed
-        self.protocol = protocol
-        speeds = {"treadmill": SPEEDS_KM_H, "stand_walk_stand": OVERGROUND_SPEED_KM_H}
-        self._speeds_km_h = speeds[protocol]
+        self.protocol, on_treadmill = protocol, protocol == "treadmill"
+        self._speeds_km_h = SPEEDS_KM_H if on_treadmill else OVERGROUND_SPEED_KM_H
         self.conditions = tuple(self._speeds_km_h if conditions is None else conditions)
         _check_names("condition", self.conditions, self._speeds_km_h)
         self.segments = segments
@@ -129,12 +131,7 @@ class SimulatedGait(TrialSource):
         self.mounting = mounting
         self.sensor = sensor_model(sensor)
         if trials_per_condition is None:
-            trials_per_condition = 1 if protocol == "treadmill" else 3
-        if not treadmill_duration_s > TREADMILL_STAND_S + TREADMILL_RISE_S:
-            raise UserError(
-                f"simulated_gait: treadmill_duration_s={treadmill_duration_s}, expected more than "
-                f"{TREADMILL_STAND_S + TREADMILL_RISE_S:g} (stand and start of the belt)"
-            )
+            trials_per_condition = 1 if on_treadmill else 3
         for key, (least, most) in {"stand_s": stand_s, "steps": steps}.items():
             if least > most:
                 raise UserError(
@@ -145,12 +142,9 @@ class SimulatedGait(TrialSource):
         self.stand_s, self.steps = stand_s, steps
         self.sampling_rate_hz = sampling_rate_hz
         self.ideal = ideal
-        longest_s = (
-            treadmill_duration_s if protocol == "treadmill" else longest_walk_s(stand_s, steps)
-        )
         check_size(
             len(subjects) * len(self.conditions) * trials_per_condition,
-            longest_s,
+            treadmill_duration_s if on_treadmill else longest_walk_s(stand_s, steps),
             max(sampling_rate_hz, _MOTION_RATE_HZ),
         )
         self.without = frozenset(without)

@@ -78,7 +78,10 @@ def test_the_documented_choices_pass(compose_checked, overrides):
         ("data.simulated_gait.subjects=X9", "simulated_gait: subject 'X9', expected S1 ... S5"),
         ("data.simulated_gait.steps=[5,3]", "simulated_gait: steps=[5, 3], expected [shortest"),
         ("data.simulated_gait.sampling_rate_hz=0", "data.simulated_gait.sampling_rate_hz is 0"),
-        ("data.simulated_gait.treadmill_duration_s=5", "treadmill_duration_s=5.0, expected more"),
+        (
+            "data.simulated_gait.treadmill_duration_s=5",
+            "treadmill_duration_s is 5, expected a num",
+        ),
         ("calibration=foo", "calibration is 'foo', expected one of auto, leg"),
         ("select.subject=[]", "select.subject is [], expected a name or a list of names or null"),
         ("select=S1", "select is 'S1', expected a section with the keys subject, condition, trial"),
