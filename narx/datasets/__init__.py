@@ -1,4 +1,4 @@
-"""Sources of trials, and who is trained on and tested."""
+"""Sources of trials, and their division into training and test."""
 
 from narx.datasets.base import TrialSource
 from narx.datasets.broad import Broad

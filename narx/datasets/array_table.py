@@ -1,4 +1,4 @@
-"""Named columns of numbers that are not text: Parquet, and arrays in a MATLAB file."""
+"""Named numeric columns of binary files: Parquet, and arrays in a MATLAB file."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +14,7 @@ from narx.types import FloatArray
 
 
 class ArrayTable:
-    """Columns under their names, each read when it is asked for.
+    """Named columns, each read on demand.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class ArrayTable:
     names : tuple of str
         A name per column.
     read : callable
-        Gives a column by its number.
+        Returns a column by its number.
     """
 
     units: None = None
@@ -53,7 +53,7 @@ class ArrayTable:
         Raises
         ------
         RecordingError
-            If it holds something else.
+            If it is not numeric.
         """
         try:
             return np.asarray(self._read(column), dtype=np.float64)
@@ -99,7 +99,7 @@ def read_parquet(path: Path) -> ArrayTable:
     Raises
     ------
     RecordingError
-        If it is no whole Parquet file.
+        If it is not a complete Parquet file.
     """
     import pyarrow
     import pyarrow.parquet
@@ -137,7 +137,7 @@ def read_mat_table(path: Path) -> ArrayTable:
     Raises
     ------
     RecordingError
-        If it is no whole MATLAB file, or arrays differ in length.
+        If it is not a complete MATLAB file, or arrays differ in length.
     """
     columns: dict[str, FloatArray] = {}
     for name, value in read_mat(regular_file(path)).items():

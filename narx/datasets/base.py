@@ -1,4 +1,4 @@
-"""What every source of trials has in common: an index that can be filtered, and lazy loading."""
+"""Common base of sources of trials: an index that can be filtered, and lazy loading."""
 
 import copy
 from abc import ABC, abstractmethod
@@ -18,8 +18,8 @@ INDEX_COLUMNS = ("subject", "condition", "trial")
 class TrialSource(ABC):
     """A set of trials that are read (or generated) one at a time.
 
-    A subclass lists its trials in `_list_trials` and reads one in `_load`. Nothing is read
-    before it is asked for, and nothing is kept: a loop over a source holds one trial at a time.
+    A subclass lists its trials in `_list_trials` and reads one in `_load`. Trials are read on
+    demand and not kept: a loop over a source has one trial in memory at a time.
     """
 
     name: ClassVar[str]
@@ -28,7 +28,7 @@ class TrialSource(ABC):
 
     @abstractmethod
     def _list_trials(self) -> pd.DataFrame:
-        """List every trial, columns subject, condition, trial, then whatever the source adds."""
+        """List every trial: columns subject, condition, trial, then those of the source."""
 
     @abstractmethod
     def _load(self, subject: str, condition: str, trial: str) -> Trial:
@@ -40,13 +40,13 @@ class TrialSource(ABC):
         Returns
         -------
         pandas.DataFrame
-            A row per trial; columns ``subject``, ``condition``, ``trial`` (strings, the source's
-            own names) and what the source adds, such as ``device``.
+            One row per trial; columns ``subject``, ``condition``, ``trial`` (strings, as named by
+            the source) and further ones of the source, such as ``device``.
 
         Raises
         ------
         UserError
-            If the recordings are not where they are looked for.
+            If the recordings are not found.
         """
         if self._listed is None:
             self._listed = self._list_trials().reset_index(drop=True)
@@ -68,18 +68,18 @@ class TrialSource(ABC):
         Returns
         -------
         TrialSource
-            Trials for which every given name fits, in the order of the index.
+            Trials that match every given name, in the order of the index.
 
         Raises
         ------
         UserError
-            If a name is not in the index, or no trial has the given names together.
+            If a name is not in the index, or no trial has this combination.
         """
         rows = self.index()
         for column, wanted in zip(INDEX_COLUMNS, (subject, condition, trial), strict=True):
             if wanted is None:
                 continue
-            # a number on the command line is a name as well
+            # a number on the command line is also a name
             several = [wanted] if isinstance(wanted, str | int) else wanted
             names = [str(name) for name in several]
             self._check_known(column, names)
@@ -104,7 +104,7 @@ class TrialSource(ABC):
         Returns
         -------
         Trial
-            What was recorded, on a uniform clock.
+            The recording, on a uniform clock.
 
         Raises
         ------

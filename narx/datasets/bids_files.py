@@ -19,7 +19,7 @@ _NOT_RAW = frozenset({"derivatives", "sourcedata", "code", "phenotype", "stimuli
 
 
 def entities_of(name: str) -> dict[str, str]:
-    """Split a file name into its entities, in whatever order they stand.
+    """Split a file name into its entities, in any order.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def entities_of(name: str) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        Entity to label; the suffix stands under ``""``.
+        Entity to label; the suffix has the key ``""``.
     """
     *pairs, suffix = name.split(".")[0].split("_")
     found = {"": suffix}
@@ -40,7 +40,7 @@ def entities_of(name: str) -> dict[str, str]:
 
 
 def raw_motion_files(root: Path) -> list[Path]:
-    """List the motion recordings of a data set, without what was derived from them.
+    """List the raw motion recordings of a data set, without derived ones.
 
     Parameters
     ----------
@@ -69,14 +69,14 @@ def applicable(path: Path, root: Path, suffix: str, extension: str) -> list[Path
     path : pathlib.Path
         Data file.
     root : pathlib.Path
-        The data set's folder, where the search ends.
+        The data set's folder, at which the search ends.
     suffix, extension : str
         Of the side file, such as ``channels`` and ``.tsv``.
 
     Returns
     -------
     list of pathlib.Path
-        The nearest last; within one folder that with more entities.
+        The nearest last; within one folder, the one with more entities last.
     """
     own = entities_of(path.name)
     found: list[Path] = []
@@ -143,9 +143,9 @@ def channel_table(path: Path, root: Path) -> tuple[pd.DataFrame, Path]:
     Returns
     -------
     channels : pandas.DataFrame
-        A row per column of the motion file, all text; missing cells are empty.
+        One row per column of the motion file, all text; missing cells are empty.
     file : pathlib.Path
-        Where it was read from.
+        Source file.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def read_tsv(file: Path) -> pd.DataFrame:
     Raises
     ------
     RecordingError
-        If it is no such table.
+        If it is not such a table.
     """
     try:
         return pd.read_csv(
@@ -195,7 +195,7 @@ def read_tsv(file: Path) -> pd.DataFrame:
 
 
 def start_offsets_s(paths: list[Path], root: Path) -> Mapping[Path, float]:
-    """Tell by how much recordings began after the first of them.
+    """Return the start of recordings relative to the first of them.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def start_offsets_s(paths: list[Path], root: Path) -> Mapping[Path, float]:
     Raises
     ------
     RecordingError
-        If an acquisition time is no date and time.
+        If an acquisition time is not a date and time.
     """
     begun: dict[Path, pd.Timestamp] = {}
     for path in paths:

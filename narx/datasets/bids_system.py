@@ -30,7 +30,7 @@ class TrackingSystem:
     root : pathlib.Path
         The data set's folder, up to which side files are inherited.
     begins_s : float
-        When its recording began on the trial's clock, s.
+        Start of its recording on the trial's clock, s.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class TrackingSystem:
     rate_hz : float
         Effective sampling rate where the metadata give it, else the nominal one.
     notes : list of str
-        What was left out and why, for people.
+        What was left out and why, as text.
 
     Raises
     ------
@@ -154,7 +154,7 @@ class TrackingSystem:
         quantity, unit = _QUANTITIES[kind], self._channels["units"][channel].strip()
         factor = factor_to_si(quantity, unit)
         if factor is None and quantity == "time":
-            factor = 1.0  # the specification fixes it
+            factor = 1.0  # fixed by the specification
         if factor is None:
             raise RecordingError(
                 f"{self.path}: channel {channel + 1} ({kind}) has unit '{unit}', expected one of "

@@ -1,4 +1,4 @@
-"""A phone's export: a zip or folder with one file a sensor."""
+"""A phone's export: a zip or folder with one file per sensor."""
 
 import zipfile
 import zlib
@@ -17,25 +17,25 @@ from narx.recordings.trial import ImuRecording
 
 
 def read_bundle(path: Path, segment: str) -> ImuRecording:
-    """Read a recording whose sensors have a file each.
+    """Read a recording with one file per sensor.
 
     Parameters
     ----------
     path : pathlib.Path
         Zip file or folder as a phone app exports it.
     segment : str
-        Segment that the phone sits on.
+        Segment that carries the phone.
 
     Returns
     -------
     ImuRecording
-        At the gyroscope's samples, the accelerometer interpolated to them; or the only table in
-        it, if that holds both.
+        At the gyroscope's samples, the accelerometer interpolated to them; or the only table, if it
+        contains both.
 
     Raises
     ------
     RecordingError
-        If no file in it is a gyroscope's.
+        If it contains no gyroscope file.
     """
     contents = _contents(path)
     for layout in shipped_layouts():
@@ -82,7 +82,7 @@ def _contents(path: Path) -> dict[str, bytes | Path]:
                     f"{path}: {size / 2**20:.0f} MiB unpacked, more than the limit of "
                     f"{limit_mib():g} MiB"
                 )
-            # a meta folder holds the device's description, no samples
+            # a meta folder contains the device's description, not samples
             return {
                 Path(member.filename).name: archive.read(member)
                 for member in members

@@ -1,4 +1,4 @@
-"""Find the columns that a description names, and agree on their unit."""
+"""Find the columns named in a description, and determine their unit."""
 
 import re
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ class Found:
     factors : tuple of float
         To SI, sign included.
     wraps : int, optional
-        As of the description.
+        As in the description.
     """
 
     indices: tuple[int, ...]
@@ -40,9 +40,9 @@ def find(
     Parameters
     ----------
     columns : Columns
-        What to look for.
+        Columns to find.
     quantity : {"time", "gyroscope", "accelerometer"}
-        What they hold.
+        Quantity in the columns.
     names : sequence of str
         Names of all columns.
     units : sequence of str, optional
@@ -53,7 +53,7 @@ def find(
     Returns
     -------
     Found or None
-        None where no column has such a name.
+        None if no column has such a name.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def require(
     units: Sequence[str] | None,
     where: str,
 ) -> Found:
-    """Find the columns of a quantity that must be there.
+    """Find the columns of a required quantity.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def _factor(
     units: Sequence[str] | None,
     where: str,
 ) -> float:
-    """Agree on one unit between the name, the description and the units row."""
+    """Determine the unit from the name, the description and the units row."""
     below = {units[index].strip() for index in indices} - {"", "-"} if units else set()
     given = {in_name or columns.unit or "", *below} - {""}
     factors = {unit: _factor_of(quantity, unit) for unit in given}
@@ -202,7 +202,7 @@ def first_found(
     units: Sequence[str] | None,
     where: str,
 ) -> Found | None:
-    """Find the columns of the first alternative that a table has.
+    """Find the columns of the first alternative present in a table.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def first_found(
     Returns
     -------
     Found or None
-        None where there is none of them.
+        None if none is present.
     """
     found = (find(columns, quantity, names, units, where) for columns in alternatives)
     return next((one for one in found if one is not None), None)

@@ -1,6 +1,6 @@
-"""A single recording in a file of the user's own.
+"""A single recording in a user's file.
 
-The names of the columns say what they are and in which unit; in any order, others are ignored:
+The names of the columns give quantity and unit; in any order, others are ignored:
 
 ============================== ==================================================
 ``time_s``                     sampling times in s (``_ms``, ``_us``, ``_ns``), or as ISO 8601
@@ -10,7 +10,7 @@ The names of the columns say what they are and in which unit; in any order, othe
 ``accelerometer_x_g``, y, z    in units of standard gravity. Optional
 ============================== ==================================================
 
-An empty cell, ``NA`` or ``nan`` is a missing value. Which dialect of text it is, is found
+An empty cell, ``NA`` or ``nan`` is a missing value. The dialect of the text is detected
 (`narx.datasets.text_dialect`), exports of known devices are recognised
 (`narx.datasets.device_layouts`), and the stamps become sampling times (`narx.recordings.stamps`).
 """
@@ -40,24 +40,24 @@ def read_recording(
     ----------
     path : path-like
         Text in any dialect of CSV; Parquet (``.parquet``); MATLAB 5 with named arrays (``.mat``);
-        a zip or folder of a phone app, with one file a sensor.
+        a zip or folder of a phone app, with one file per sensor.
     segment : str
-        Segment that the sensor sits on, such as ``thigh_right``.
+        Segment that carries the sensor, such as ``thigh_right``.
     layout : Layout, optional
-        What the columns are called; None takes the names above, or those of a known device.
+        Names of the columns; None uses the names above, or those of a known device.
 
     Returns
     -------
     ImuRecording
-        In SI; the accelerometer is NaN throughout where the file has none. Its notes say what
-        was done to the file's content.
+        In SI; the accelerometer is NaN throughout if the file has none. Its notes list the
+        processing of the file's content.
 
     Raises
     ------
     RecordingError
-        If a column is missing or there twice, has no known unit or not the same unit as its
-        neighbours, a cell is not a number, the last line is cut off, or time does not increase;
-        one line that names file and place.
+        If a column is missing or duplicated, has an unknown unit or not the same unit as its
+        neighbours, a cell is not a number, the last line is cut off, or time does not increase; the
+        message is one line with file and place.
     """
     file = Path(path)
     suffix = file.suffix.lower()
@@ -85,7 +85,7 @@ def write_recording(path: str | os.PathLike[str], recording: ImuRecording) -> No
     path : path-like
         File to write; replaced only when complete.
     recording : ImuRecording
-        What to write. An accelerometer without any sample is left out.
+        Recording to write. An accelerometer without any sample is left out.
     """
     columns: dict[str, FloatArray] = {"time_s": recording.time_s}
     for k, axis in enumerate(AXES):
@@ -94,5 +94,5 @@ def write_recording(path: str | os.PathLike[str], recording: ImuRecording) -> No
         for k, axis in enumerate(AXES):
             columns[f"accelerometer_{axis}_m_s2"] = recording.accelerometer_m_s2[:, k]
     with atomic_path(path) as temporary:
-        # 17 digits hold a double exactly
+        # 17 digits represent a double exactly
         pd.DataFrame(columns).to_csv(temporary, index=False, float_format="%.17g", na_rep="nan")

@@ -1,4 +1,4 @@
-"""Descriptions of devices from YAML: those that ship with the package, and a user's own."""
+"""Descriptions of devices from YAML: those of the package, and a user's own."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ _COLUMN_KEYS = {"names", "unit", "sign", "wraps"}
 
 
 def layout_from(description: Mapping[str, Any], name: str) -> Layout:
-    """Make a layout from a description.
+    """Build a layout from a description.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def layout_from(description: Mapping[str, Any], name: str) -> Layout:
         three names, a mapping with ``names``, ``unit``, ``sign`` and ``wraps``, or a list of such
         mappings or patterns as alternatives. ``comment`` and ``files`` as of `Layout`.
     name : str
-        Where it comes from, for messages.
+        Source of the description, for messages.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def read_layout(path: Path) -> Layout:
 
 @cache
 def shipped_layouts() -> tuple[Layout, ...]:
-    """Return this package's own layout, then those of the devices that it describes.
+    """Return the package's own layout, then those of the described devices.
 
     Returns
     -------
@@ -109,19 +109,19 @@ def shipped_layouts() -> tuple[Layout, ...]:
         described.append(
             layout_from({str(k): v for k, v in content.items()}, file.removesuffix(".yaml"))
         )
-    # a comment that must be there makes a description the more specific one
+    # a required comment makes a description more specific
     return (OWN, *sorted(described, key=lambda layout: layout.comment is None))
 
 
 def recognised(
     names: Sequence[str], units: Sequence[str] | None, comments: str, where: str
 ) -> Layout:
-    """Find the layout that a table has.
+    """Find the layout of a table.
 
     Parameters
     ----------
     names : sequence of str
-        Of its columns.
+        Names of its columns.
     units : sequence of str, optional
         Its units row.
     comments : str
@@ -132,7 +132,7 @@ def recognised(
     Returns
     -------
     Layout
-        The first that fits; this package's own, if none does.
+        The first that matches; the package's own, if none does.
     """
     for layout in shipped_layouts():
         if layout.comment is not None and not re.search(layout.comment, comments):

@@ -1,4 +1,4 @@
-"""Where a source's recordings lie: in the user's folder, or downloaded once and checked."""
+"""Location of a source's recordings: the user's folder, or downloaded once and checked."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,14 +11,14 @@ from narx.files import sha256_of
 
 
 def find_recordings(name: str, root: str | Path | None) -> Path:
-    """Find the folder of a source, downloading it into the user's cache if need be.
+    """Find the folder of a source, downloading it into the user's cache if necessary.
 
     Parameters
     ----------
     name : str
         A source in `narx.datasets.registry.PUBLIC`.
     root : path-like or None
-        Folder that should hold the recordings in their upstream form. None, or a folder that
+        Folder of the recordings in their original form. None, or a folder that
         does not exist, means the download cache.
 
     Returns
@@ -29,8 +29,8 @@ def find_recordings(name: str, root: str | Path | None) -> Path:
     Raises
     ------
     UserError
-        If the recordings are not there and cannot be downloaded, or a downloaded file is not
-        the one that was published.
+        If the recordings are missing and cannot be downloaded, or a downloaded file differs from
+        the published one.
     """
     folder = Path(root).expanduser() if root is not None else None
     if folder is not None and folder.is_dir():
@@ -46,7 +46,7 @@ def download(name: str, *, missing: Path | None = None) -> Path:
     name : str
         A source in `narx.datasets.registry.PUBLIC`.
     missing : pathlib.Path, optional
-        Folder that was looked at before, for the message.
+        Folder that was searched before, for the message.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def download(name: str, *, missing: Path | None = None) -> Path:
     Raises
     ------
     UserError
-        If a file cannot be had, or is not the one that was published.
+        If a file is not available, or differs from the published one.
     """
     public = PUBLIC[name]
     folder = Path(pooch.os_cache("narx")) / name
@@ -78,7 +78,7 @@ def download(name: str, *, missing: Path | None = None) -> Path:
 def checked_sources(
     name: str, folder: Path, files: Iterable[Path], *, own: Iterable[Path] = ()
 ) -> dict[str, str]:
-    """Compute the SHA-256 of files, and refuse a published one that is not as published.
+    """Compute the SHA-256 of files, and refuse a file that differs from the published one.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def checked_sources(
     folder : pathlib.Path
         The source's folder.
     files : iterable of pathlib.Path
-        Files below it; those that the source is not known to publish are taken as they are.
+        Files below it; those without a published digest are accepted.
     own : iterable of pathlib.Path
-        More files below it, which a user may have replaced by their own of the same name.
+        Further files below it, which a user may have replaced by their own of the same name.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def checked_sources(
     Raises
     ------
     RecordingError
-        If a published file has other content: it was cut off or edited.
+        If a published file has different content: it was truncated or edited.
     """
     digests = {}
     published = PUBLIC[name].sha256 if name in PUBLIC else {}

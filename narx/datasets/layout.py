@@ -1,8 +1,7 @@
-"""Which column of a table is what: a small description per device, matched to the names found.
+"""Meaning of a table's columns: a small description per device, matched to the names found.
 
 A pattern is a column's name with ``{axis}`` for x, y, z, ``{unit}`` for any known unit and
-``{any}`` for anything; case does not matter. Names may also be listed, and the unit be given beside
-them.
+``{any}`` for anything; case is ignored. Names may also be listed, with the unit given separately.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,11 +21,11 @@ class Columns:
     names : str or sequence of str
         Pattern, or the names themselves in the order x, y, z.
     unit : str, optional
-        Unit of the numbers, where the pattern has no ``{unit}`` and there is no units row.
+        Unit of the numbers, if the pattern has no ``{unit}`` and there is no units row.
     sign : int or sequence of int
-        +1 or -1, for all axes or each, for a device whose axis points the other way.
+        +1 or -1, for all axes or each, for a device with reversed axes.
     wraps : int, optional
-        A counter that starts again at zero after so many steps.
+        Period of a counter that wraps around to zero.
 
     Raises
     ------
@@ -52,21 +51,21 @@ class Columns:
 
 @dataclass(frozen=True)
 class Layout:
-    """What a device calls its columns; of alternatives, the first that a table has counts.
+    """Names of a device's columns; of alternatives, the first present in a table is used.
 
     Parameters
     ----------
     name : str
-        Of the device or program, for messages.
+        Name of the device or program, for messages.
     time, gyroscope : tuple of Columns
         Sampling times and angular rate.
     accelerometer : tuple of Columns
         Specific force (at rest it points up).
     comment : str, optional
         Regular expression that a comment above the header must match; its group is the rate in
-        Hz, where time is a count of ``packets``.
+        Hz, if time is a count of ``packets``.
     files : mapping of str to tuple of str
-        ``gyroscope`` and ``accelerometer`` to file names, where each sensor has a file; empty
+        ``gyroscope`` and ``accelerometer`` to file names, if each sensor has its own file; empty
         for a device that writes one table.
     """
 

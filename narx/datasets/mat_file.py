@@ -32,7 +32,7 @@ def read_mat(path: Path) -> dict[str, Any]:
         raise RecordingError(f"{path}: no such file")
     try:
         variables = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
-    except Exception as error:  # damage shows as whatever the parser stumbles over
+    except Exception as error:  # the exception depends on the damage
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise RecordingError(
             f"{path}: not a whole MATLAB file ({reason}); cut off? expected a version 5 .mat file"
@@ -60,7 +60,7 @@ def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArra
     Raises
     ------
     RecordingError
-        If the field is not there or not numeric.
+        If the field is missing or not numeric.
     """
     first, *rest = name.split(".")
     if first not in variables:

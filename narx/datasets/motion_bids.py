@@ -1,4 +1,4 @@
-"""Recordings in Motion-BIDS form.
+"""Recordings in Motion-BIDS format.
 
 Jeung et al.: Motion-BIDS, an extension to the brain imaging data structure to organize motion
 data for reproducible research, Scientific Data 11:716, 2024. Read are, for every raw
@@ -44,8 +44,8 @@ class MotionBids(TrialSource):
     sampling_rate_hz : float, optional
         Rate of the uniform clock; None keeps that of the first inertial system.
     segments : mapping of str to str, optional
-        Tracked point to segment (``{"imu_l_thigh": "thigh_left"}``). A point that is not in it
-        is named after the body part and side that its own name holds, or keeps its name.
+        Tracked point to segment (``{"imu_l_thigh": "thigh_left"}``). Other points are named after
+        the body part and side in their name, or keep their name.
     """
 
     name: ClassVar[str] = "motion_bids"
@@ -91,7 +91,7 @@ class MotionBids(TrialSource):
         return pd.DataFrame(list(self._recordings()), columns=["subject", "condition", "trial"])
 
     def _segments_of(self, points: list[str]) -> dict[str, str]:
-        """Segment of each tracked point; points that would share one keep their own names."""
+        """Segment of each tracked point; points that would share a segment keep their own names."""
         named = {point: self._segments.get(point) or segment_of(point) for point in points}
         names = list(named.values())
         return {
@@ -194,7 +194,7 @@ class MotionBids(TrialSource):
 
 
 def _opened(files: list[Path], root: Path) -> tuple[list[TrackingSystem], list[str]]:
-    """Open all systems of a trial on one clock, which begins with the first of them."""
+    """Open all systems of a trial on one clock, which starts with the first of them."""
     begins_s = start_offsets_s(files, root)
     systems = [TrackingSystem(path, root, begins_s.get(path, 0.0)) for path in files]
     notes = [note for system in systems for note in system.notes]
@@ -229,14 +229,14 @@ def _check_upright(
     imus: Mapping[str, ImuRecording],
     reference: Mapping[str, ReferenceOrientation],
 ) -> None:
-    """Refuse a reference whose global z axis is not up: the average specific force tells."""
+    """Refuse a reference whose global z axis is not up, according to the mean specific force."""
     for segment, one in reference.items():
         force = imus[segment].accelerometer_m_s2
-        there = np.isfinite(one.quaternion_wxyz).all(axis=1) & np.isfinite(force).all(axis=1)
-        if not there.any():
+        valid = np.isfinite(one.quaternion_wxyz).all(axis=1) & np.isfinite(force).all(axis=1)
+        if not valid.any():
             continue
-        rotation = Rotation.from_quat(one.quaternion_wxyz[there], scalar_first=True)
-        mean = rotation.apply(force[there]).mean(axis=0)
+        rotation = Rotation.from_quat(one.quaternion_wxyz[valid], scalar_first=True)
+        mean = rotation.apply(force[valid]).mean(axis=0)
         tilt = np.arccos(np.clip(mean[2] / np.linalg.norm(mean), -1.0, 1.0))
         if tilt > _MAX_TILT_RAD:
             raise RecordingError(

@@ -37,14 +37,14 @@ _COLUMNS = ("PacketCounter", "Gyr_X", "Gyr_Y", "Gyr_Z", "Acc_X", "Acc_Y", "Acc_Z
 _NATIVE_HZ = 100.0
 _COUNTER_RANGE = 2**16
 _MAX_GAP_S = 0.025
-# at 100 Hz marker noise would drown the speed of a single interval
+# at 100 Hz marker noise would mask the speed over a single interval
 _ALIGNMENT_INTERVAL_S = 0.03
 _TURN_RAD = np.radians(20.0)
 _WALKING_SPEED_M_S = 0.2
 
 
 class NeuraSample(TrialSource):
-    """Stand, walk, turn, walk, stand: subject, condition and number as in the file names.
+    """Standing, walk, turn, walk, standing: subject, condition and number as in the file names.
 
     Parameters
     ----------
@@ -97,7 +97,8 @@ class NeuraSample(TrialSource):
             segment: _clock_offset(table, rest_s, optical_time, frames[segment])
             for segment, table in tables.items()
         }
-        # one trigger, one clock; the shanks show it best, soft tissue moves the thigh's markers
+        # one trigger, one clock; the shanks give the best estimate, since soft tissue moves the
+        # thigh's markers
         offset = float(np.mean([v for s, v in offsets.items() if s.startswith("shank")]))
         optical_time = optical_time + offset
         times = [table[:, 0] for table in tables.values()] + [optical_time]
@@ -150,7 +151,7 @@ class NeuraSample(TrialSource):
 
 
 def _read_sensor(path: Path) -> FloatArray:
-    """Read time in s, gyroscope in rad/s and accelerometer in m/s^2; lost packets are a gap."""
+    """Read time in s, gyroscope in rad/s and accelerometer in m/s^2; lost packets become a gap."""
     table = read_numbers(path, separator=",", columns=_COLUMNS, comment="//", terminated=True)
     steps = np.diff(table[:, 0]) % _COUNTER_RANGE
     if not (steps > 0).all():
@@ -160,7 +161,7 @@ def _read_sensor(path: Path) -> FloatArray:
 
 
 def _read_joints(path: Path) -> dict[str, FloatArray]:
-    """Read joint centres and the markers beside them, m; NaN where missing."""
+    """Read joint centres and adjacent markers, m; NaN where missing."""
     variables = read_mat(path)
     joints = {}
     for side in "RL":
@@ -187,11 +188,11 @@ def _segment_frame(segment: str, joints: dict[str, FloatArray]) -> FloatArray:
     outwards = joints[side + lateral] - joints[side + lower]
     left = -outwards if side == "R" else outwards
     x = np.cross(left, z)
-    there = np.isfinite(x).all(axis=1)
+    valid = np.isfinite(x).all(axis=1)
     quaternion = np.full((len(z), 4), np.nan)
-    axes = np.stack([x, np.cross(z, x), z], axis=-1)[there]
+    axes = np.stack([x, np.cross(z, x), z], axis=-1)[valid]
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    quaternion[there] = Rotation.from_matrix(axes).as_quat(scalar_first=True)
+    quaternion[valid] = Rotation.from_matrix(axes).as_quat(scalar_first=True)
     return quaternion
 
 
@@ -215,21 +216,21 @@ def _walk_before_the_turn(
     """Find the first walk: from the first motion of the hips until the pelvis begins to turn."""
     across = joints["LHJC"] - joints["RHJC"]
     centre = 0.5 * (joints["LHJC"] + joints["RHJC"])[:, :2]
-    there = np.isfinite(across).all(axis=1)
-    if there.sum() < _NATIVE_HZ:
+    valid = np.isfinite(across).all(axis=1)
+    if valid.sum() < _NATIVE_HZ:
         return None
-    # a stride's own turning of the pelvis averages out over about a stride
+    # pelvic rotation within a stride averages out over about a stride
     stride = int(_NATIVE_HZ)
-    heading = np.unwrap(np.arctan2(across[there, 1], across[there, 0]))
+    heading = np.unwrap(np.arctan2(across[valid, 1], across[valid, 0]))
     heading = uniform_filter1d(heading, stride, mode="nearest")
     step = int(0.2 * _NATIVE_HZ)
-    moved = np.linalg.norm(centre[there][step:] - centre[there][:-step], axis=1)
+    moved = np.linalg.norm(centre[valid][step:] - centre[valid][:-step], axis=1)
     walking = np.flatnonzero(moved > _WALKING_SPEED_M_S * step / _NATIVE_HZ)
     turned = np.flatnonzero(np.abs(heading - np.median(heading[:stride])) > _TURN_RAD)
     if not walking.size:
         return None
     begin = int(walking[0])
-    # the running mean sees the turn half a window early
+    # the running mean responds to the turn half a window early
     end = int(turned[0]) if turned.size else int(walking[-1])
-    times = time_s[there]
+    times = time_s[valid]
     return (float(times[begin]), float(times[end])) if end > begin else None

@@ -1,4 +1,4 @@
-"""Trials that were simulated or read and calibrated once are taken from disk the next time."""
+"""Cache on disk for simulated, or read and calibrated, trials."""
 
 import contextlib
 import functools
@@ -22,40 +22,41 @@ from narx.recordings.trial import Trial
 
 T = TypeVar("T")
 
-# whatever a prepared trial depends on; tests/narx/datasets/test_prepared.py holds the list complete
+# all code that a prepared trial depends on; completeness is tested in
+# tests/narx/datasets/test_prepared.py
 ROOMS = (
     "errors.py", "files.py", "types.py", "method.py", "kernels", "settings", "kinematics",
     "recordings", "simulation", "gait", "calibration", "datasets",
 )  # fmt: skip
 _NUMERICS = ("numpy", "scipy", "pandas", "numba")
-# a file under a temporary name that is older was left by a process that was killed
+# an older file with a temporary name was left by a killed process
 _ABANDONED_S = 3600.0
 
 
 @dataclass(frozen=True)
 class TrialStore:
-    """Files of prepared trials, shared by all processes of a user.
+    """Store of prepared trials, shared by all processes of a user.
 
     Parameters
     ----------
     folder : pathlib.Path
-        Where they lie.
+        Folder of the files.
     limit_bytes : float
-        Most that they may take; those unused for longest go first.
+        Size limit; the least recently used are deleted first.
     """
 
     folder: Path
     limit_bytes: float
 
     def get(self, key: str, make: Callable[[], T]) -> T:
-        """Return what is stored under a key, or make and store it.
+        """Return the value stored under a key, or compute and store it.
 
         Parameters
         ----------
         key : str
             Letters and digits.
         make : callable
-            Makes the value; another process that wants the same key waits for it.
+            Computes the value; other processes that need the same key wait.
 
         Returns
         -------
@@ -69,11 +70,11 @@ class TrialStore:
         self.folder.mkdir(parents=True, exist_ok=True)
         lock = FileLock(self.folder / f"{key}.lock")
         with lock:
-            with contextlib.suppress(LookupError):  # made by whoever had the lock
+            with contextlib.suppress(LookupError):  # computed by the process that had the lock
                 stored = self._read(path)
                 return stored
             value = make()
-            # a full disk costs the next run its time, not this one its result
+            # with a full disk the next run is slower, but this one has its result
             with (
                 contextlib.suppress(OSError),
                 atomic_path(path) as temporary,
@@ -91,7 +92,7 @@ class TrialStore:
             os.utime(path)
         except FileNotFoundError:
             raise LookupError(path) from None
-        except Exception as error:  # what a damaged file does to the unpickler has many forms
+        except Exception as error:  # a damaged pickle may raise anything
             path.unlink(missing_ok=True)
             raise LookupError(path) from error
         return value
@@ -103,7 +104,7 @@ class TrialStore:
             try:
                 found.append((path.stat().st_mtime, path.stat().st_size, path))
             except FileNotFoundError:
-                continue  # another process trims as well
+                continue  # another process is trimming
         for changed_s, size, path in sorted(found, reverse=True):
             abandoned = path.name.startswith(".")
             if abandoned and time.time() - changed_s < _ABANDONED_S:
@@ -120,16 +121,16 @@ def _preparing_code() -> str:
 
 
 class PreparedSource(TrialSource):
-    """A source whose calibrated trials are kept in a store.
+    """A source whose calibrated trials are cached in a store.
 
     Parameters
     ----------
     source : TrialSource
-        Reads or simulates what is not in the store.
+        Reads or simulates trials that are not in the store.
     options : str
-        All that its trials depend on besides the code: its options, its recordings' digest.
+        What its trials depend on besides the code: its options, the digest of its recordings.
     store : TrialStore
-        Keeps them.
+        Stores the trials.
     """
 
     name: ClassVar[str] = "prepared"

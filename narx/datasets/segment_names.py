@@ -1,4 +1,4 @@
-"""The segment that a tracked point, a column or a file is named after."""
+"""Segment from the name of a tracked point, a column or a file."""
 
 import re
 
@@ -24,7 +24,7 @@ def segment_of(name: str) -> str:
     -------
     str
         Body part and side where both are recognised (``thigh_left``), the body part alone where
-        no side is, otherwise the name itself, made safe for a file's name.
+        no side is, otherwise the name itself, made safe for a file name.
     """
     spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
     spaced = re.sub(r"([A-Z])([A-Z][a-z])", r"\1 \2", spaced)
@@ -44,7 +44,7 @@ def segment_of(name: str) -> str:
 
 
 def safe_name(name: str) -> str:
-    """Make a name from a file into one that may be part of a path.
+    """Convert a name to one that is safe in a path.
 
     Parameters
     ----------

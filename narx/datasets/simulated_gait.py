@@ -1,4 +1,4 @@
-"""Simulated walking with known truth: the embedded data set, which needs no download."""
+"""Simulated walking with known ground truth: the built-in data set, which needs no download."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -44,7 +44,7 @@ TREADMILL_STAND_S = 4.0
 TREADMILL_RISE_S = 4.0
 TreadmillDuration = Annotated[float, Field(gt=TREADMILL_STAND_S + TREADMILL_RISE_S, le=LONGEST_S)]
 
-# motion is computed at no less than this, whatever the sensors' rate
+# motion is computed at least at this rate, whatever that of the sensors
 _MOTION_RATE_HZ = 500.0
 
 Protocol = Literal["treadmill", "stand_walk_stand"]
@@ -59,18 +59,18 @@ class SimulatedGait(TrialSource):
         ``S1`` ... ``S5`` have the height and mass of Table 1 of Tham et al. (2020); ``V1``,
         ``V2``, ... are drawn at random; ``drawn30`` stands for thirty of these.
     protocol : {"treadmill", "stand_walk_stand"}, optional
-        Treadmill: one trial each at ``slow``, ``normal`` and ``fast``, which begins with a
-        short stand before the belt starts. Stand-walk-stand: some trials each of ``normal`` and
-        ``abnormal`` (legs swung outwards) over ground, with a stand before and after, as in Han
-        et al. (2020).
+        Treadmill: one trial each at ``slow``, ``normal`` and ``fast``, which begins with short
+        standing before the belt starts. Stand-walk-stand: some trials each of ``normal`` and
+        ``abnormal`` (legs swung outwards) over ground, with standing before and after, as in Han et
+        al. (2020).
     conditions : iterable of str, optional
         Conditions of the protocol to simulate; None is all of them.
     trials_per_condition : int, optional
         Repetitions; None is 1 on the treadmill and 3 over ground.
     treadmill_duration_s : float, optional
-        Length of a treadmill trial, the stand included.
+        Length of a treadmill trial, including standing.
     stand_s : tuple of (float, float), optional
-        Shortest and longest stand before and after walking over ground.
+        Shortest and longest standing before and after walking over ground.
     steps : tuple of (int, int), optional
         Fewest and most steps over ground.
     sampling_rate_hz : float, optional
@@ -78,8 +78,8 @@ class SimulatedGait(TrialSource):
     sensor : {"physilog", "mpu6150"}, optional
         Error model of the IMUs.
     mounting : {"random", "strapped"}, optional
-        Orientation of the sensor on the segment: any, or within some 10 degrees of what a
-        careful hand would do.
+        Orientation of the sensor on the segment: arbitrary, or within some 10 degrees of the
+        nominal one.
     segments : iterable of str, optional
         Segments with an IMU: of ``pelvis``, ``thigh_right``, ``shank_right``, ``thigh_left``,
         ``shank_left``.
@@ -87,7 +87,7 @@ class SimulatedGait(TrialSource):
         No errors at all: exact sensors, no soft tissue, the bones' orientation as reference.
         The sensors stay where they are mounted.
     without : iterable of str, optional
-        Sources of error to leave out, all others as they were (`ErrorSource` of
+        Sources of error to leave out, all others unchanged (`ErrorSource` of
         `narx.simulation.session`).
     seed : int, optional
         Every random number comes from it and the names of subject, condition and trial; no
@@ -203,7 +203,7 @@ class SimulatedGait(TrialSource):
         )
 
     def truth(self, subject: str, condition: str, trial: str) -> TrueMotion:
-        """Tell what really happened in a trial.
+        """Return the true motion of a trial.
 
         Parameters
         ----------
@@ -236,13 +236,13 @@ class SimulatedGait(TrialSource):
 
     def _speed_m_s(self, subject: str, condition: str) -> float:
         mean, spread = self._speeds_km_h[condition]
-        # one number per person: who walks fast does so at every speed
+        # one number per person: a fast walker is fast at every speed
         return (mean + spread * float(stream(self.seed, subject, "speed").normal())) / 3.6
 
     def _motion(
         self, subject: str, condition: str, trial: str
     ) -> tuple[SkeletonMotion, GaitTiming, Session, int]:
-        """Move the walker; also tell how many samples of the motion make one of the trial."""
+        """Move the walker; also return the number of motion samples per trial sample."""
         body = self._bodies[subject]
         pattern = walking_pattern(
             subject, body, self._speed_m_s(subject, condition), self.seed,
@@ -260,7 +260,7 @@ class SimulatedGait(TrialSource):
     def _timing(
         self, pattern: WalkingPattern, rng: np.random.Generator
     ) -> tuple[GaitTiming, float]:
-        """When the walker stands and steps, and how long the trial is."""
+        """Gait timing and length of the trial."""
         feet = (pattern.stride_s, pattern.toe_off, pattern.left_lag)
         if self.protocol == "treadmill":
             length_s = self.treadmill_duration_s
@@ -282,7 +282,7 @@ class SimulatedGait(TrialSource):
         return np.arange(-margin, n + margin) / rate_hz, rate_hz, every
 
     def _kept(self, motion_time_s: FloatArray, every: int) -> slice:
-        """Samples of the motion's clock that are the trial's."""
+        """Samples of the motion's clock that belong to the trial."""
         margin = round(-motion_time_s[0] * every * self.sampling_rate_hz)
         return slice(margin, len(motion_time_s) - margin, every)
 
@@ -322,14 +322,14 @@ class SimulatedGait(TrialSource):
         every: int,
         names: tuple[str, ...],
     ) -> ImuRecording:
-        """Let the segment's sensor report true signals on the clock of the motion."""
+        """Simulate the segment's sensor from true signals on the clock of the motion."""
         keep = self._kept(motion_time_s, every)
         time_s = motion_time_s[keep]
         rate_hz = every * self.sampling_rate_hz
         if self.ideal:
             return ImuRecording(segment, time_s, rate[keep], force[keep])
         rng = stream(self.seed, *names, segment, "sensor")
-        # the sensor runs through the margin, where its filter settles, without the outermost
+        # the sensor also runs during the margin, where its filter settles, except for the outermost
         # samples, which have no derivatives
         inner = slice(every * EDGE, -every * EDGE)
         first = keep.start // every - EDGE
@@ -354,7 +354,8 @@ class SimulatedGait(TrialSource):
             for part in PARTS:
                 time_s, rate_hz, every = self._clock(duration_s(part))
                 if part == "still":
-                    # flat on a table; that the earth turns is below what the gyroscopes resolve
+                    # flat on a table; the rotation of the earth is below the resolution of the
+                    # gyroscopes
                     rest = np.zeros((len(time_s), 3))
                     force = np.tile([0.0, 0.0, GRAVITY_M_S2], (len(time_s), 1))
                     parts[part] = {
@@ -376,7 +377,7 @@ class SimulatedGait(TrialSource):
                     for segment in self.segments
                     if part == "standing" or segment.endswith(side)
                 }
-            # one subject's at a time: the next subject's trials follow this one's
+            # cached for one subject at a time, as trials are ordered by subject
             self._calibrations = {subject: parts}
         return self._calibrations[subject]
 

@@ -24,7 +24,7 @@ from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, Trial
 from narx.settings import FilePath, SamplingRate, checked
 from narx.types import FloatArray
 
-# beside the trials lie the still recordings, calib_gyr_<phone>
+# still recordings, calib_gyr_<phone>, are in the same folder as the trials
 _TRIAL_FOLDER = re.compile(
     r"(?!calib_)(?P<walker>[^_]+)_(?P<phone>[^_]+)_(?P<condition>[^_]+_(?P<motion>[^_]+))"
 )
@@ -39,15 +39,15 @@ class SmartphonePocket(TrialSource):
 
     In a pocket (a motion that ends in ``Pocket``) the phone is on the segment ``thigh``; which
     thigh, left or right, is not recorded. Any other motion (texting, phoning, swinging the phone
-    in the hand) is a ``hand``, which has no swing to calibrate from: ``auto`` takes the
-    sensor's frame.
+    in the hand) is a ``hand``, which has no swing to calibrate from: ``auto`` uses the sensor's
+    frame.
 
     Parameters
     ----------
     root : path-like, optional
         Folder with ``android``, ``ios`` and ``qualisys`` as published; without it, the
         published files are downloaded once. Every folder ``<walker>_<phone>_<field>_<motion>``
-        in it is a trial, so walkers that are added later are found. The field is ``NoDist`` or
+        in it is a trial, including walkers added later. The field is ``NoDist`` or
         ``Dist`` (magnetically disturbed); ``<field>_<motion>`` is the condition, by which
         `select` chooses.
     sampling_rate_hz : float
@@ -124,7 +124,7 @@ class SmartphonePocket(TrialSource):
     def _still_recording(
         self, folder: Path, phone: str, segment: str, *, ios: bool
     ) -> tuple[ImuRecording, list[Path]]:
-        """Read the still recording of a phone, from which the gyroscope's bias is taken."""
+        """Read the still recording of a phone, for the gyroscope's bias."""
         candidates = sorted(folder.glob(f"calib_gyr_{phone}*"))
         if not candidates:
             raise RecordingError(
@@ -156,7 +156,7 @@ def _read_phone(folder: Path, *, ios: bool) -> tuple[FloatArray, FloatArray, lis
         start = _boot_time_s(description)
         gyroscope[:, 0] -= start
         accelerometer[:, 0] -= start
-        # iOS reports the gravity that acts, in g; the specific force is its opposite
+        # iOS reports gravity in g; the specific force has the opposite sign
         accelerometer[:, 1:] *= -GRAVITY_M_S2
         files.append(description)
     return gyroscope, accelerometer, files
@@ -188,9 +188,9 @@ def _read_rigid_body(path: Path) -> tuple[FloatArray, FloatArray]:
             f"{path}: RigidBodies.Rotations has shape {rotations.shape}, expected (9, frames) of "
             "one rigid body"
         )
-    matrices = rotations.T.reshape(-1, 3, 3).transpose(0, 2, 1)  # columns come one by one
+    matrices = rotations.T.reshape(-1, 3, 3).transpose(0, 2, 1)  # stored column by column
     quaternion = np.full((len(matrices), 4), np.nan)
-    there = np.isfinite(matrices).all(axis=(1, 2))
-    if there.any():
-        quaternion[there] = Rotation.from_matrix(matrices[there]).as_quat(scalar_first=True)
+    valid = np.isfinite(matrices).all(axis=(1, 2))
+    if valid.any():
+        quaternion[valid] = Rotation.from_matrix(matrices[valid]).as_quat(scalar_first=True)
     return np.arange(len(matrices)) / rate_hz, quaternion

@@ -1,4 +1,4 @@
-"""Who is trained on and who is tested: no sample of a test part is ever seen in training."""
+"""Division into training and test: test parts are held out from training."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class TrialPart:
     Parameters
     ----------
     source, subject, condition, trial : str
-        Where the trial is found: the source's name and its index columns.
+        Name of the source and index columns of the trial.
     start_s, stop_s : float
         Part of the trial in s from its first sample.
     """
@@ -55,11 +55,11 @@ class Fold:
     Parameters
     ----------
     name : str
-        What is left out, or how the training part was chosen.
+        What is held out, or how the training part was chosen.
     training, test : tuple of TrialPart
-        No training part means that the network comes trained: a checkpoint, or the one shipped.
+        Without a training part the network is already trained: a checkpoint, or the shipped one.
     validation : tuple of TrialPart
-        Chooses among restarts; if there is none, the end of every training part is held back.
+        Parts to choose among restarts; if empty, the end of every training part is held out.
     """
 
     name: str
@@ -113,7 +113,7 @@ def leave_one_out(index: pd.DataFrame, *, column: Name = "subject") -> Iterator[
     index : pandas.DataFrame
         Trials with columns source, subject, condition, trial and `column`.
     column : str
-        Column of the index whose values are left out one by one.
+        Column of the index whose values are held out one by one.
 
     Yields
     ------
@@ -178,7 +178,7 @@ def one_window(
     Yields
     ------
     Fold
-        One. The test parts hold the training window too, as in the paper.
+        One. The test parts include the training window, as in the paper.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def one_window(
 
 
 def everything(index: pd.DataFrame) -> Iterator[Fold]:
-    """Train on all trials, test on none: for a network that is to be used elsewhere.
+    """Train on all trials, test on none: for a network to be used elsewhere.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def pretrained(index: pd.DataFrame) -> Iterator[Fold]:
 
 @checked
 def automatic(index: pd.DataFrame, *, testing: bool = True, seed: Seed = 0) -> Iterator[Fold]:
-    """Choose what suits the data.
+    """Choose a split that suits the data.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From a table with named columns to a sensor's samples, by a device's description."""
+"""Conversion of a table with named columns to a sensor's samples, by a device's description."""
 
 import re
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ class Table(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """A name per column."""
+        """One name per column."""
 
     @property
     def units(self) -> tuple[str, ...] | None:
-        """Units of the columns, where the file has a row of them."""
+        """Units of the columns, if the file has a row of units."""
 
     @property
     def comments(self) -> tuple[str, ...]:
@@ -38,7 +38,7 @@ class Table(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is out of the ordinary, for people."""
+        """Peculiarities of the file, as text."""
 
     def numbers(self, column: int) -> FloatArray:
         """Return a column of numbers.
@@ -80,7 +80,7 @@ class Sensor:
     values : ndarray, shape (N, 3)
         SI; NaN where missing.
     notes : tuple of str
-        What was done, for people.
+        Processing applied, as text.
     """
 
     time_s: FloatArray
@@ -91,14 +91,14 @@ class Sensor:
 def sensor_from(
     table: Table, layout: Layout, quantity: Literal["gyroscope", "accelerometer"]
 ) -> Sensor:
-    """Read one sensor that has a table of its own.
+    """Read one sensor from its own table.
 
     Parameters
     ----------
     table : Table
         Its file.
     layout : Layout
-        What its columns are called.
+        Names of its columns.
     quantity : {"gyroscope", "accelerometer"}
         Which sensor.
 
@@ -129,19 +129,19 @@ def recording_from(table: Table, layout: Layout | None, segment: str) -> ImuReco
     table : Table
         The file.
     layout : Layout, optional
-        What its columns are called; None recognises it by their names.
+        Names of its columns; None detects the device from them.
     segment : str
-        Segment that the sensor sits on.
+        Segment that carries the sensor.
 
     Returns
     -------
     ImuRecording
-        In SI; the accelerometer is NaN throughout where there is none.
+        In SI; the accelerometer is NaN throughout if there is none.
 
     Raises
     ------
     RecordingError
-        If a column is missing or there twice, has no known unit or not the same unit as its
+        If a column is missing or duplicated, has an unknown unit or not the same unit as its
         neighbours, a cell is not a number, or time does not increase.
     """
     where, names, units = str(table.path), table.names, table.units
@@ -178,7 +178,7 @@ def _vectors(table: Table, found: Found) -> FloatArray:
 
 
 def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
-    """Stamps in s; calendar times count from the first, packets at the rate of a comment."""
+    """Stamps in s; calendar times relative to the first, packets at the rate given in a comment."""
     where = str(table.path)
     found = require(layout.time, "time", table.names, table.units, where)
     column = found.indices[0]
@@ -197,6 +197,6 @@ def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
 
 
 def _unwrapped(counter: FloatArray, wraps: int) -> FloatArray:
-    """Let a counter go on where it starts again at zero."""
+    """Unwrap a counter that wraps around to zero."""
     steps = np.diff(counter)
     return counter + np.r_[0.0, np.cumsum(steps < -0.5 * wraps)] * wraps

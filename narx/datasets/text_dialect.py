@@ -1,7 +1,7 @@
-"""Tables in text files as devices, phones and spreadsheets write them.
+"""Tables in text files as written by devices, phones and spreadsheets.
 
-Encoding, separator, decimal mark, header, units row and index column are found from the file;
-what is not plain CSV is put into a note. A damaged line is named, not skipped.
+Encoding, separator, decimal mark, header, units row and index column are detected from the file;
+deviations from plain CSV are noted. A damaged line is reported, not skipped.
 """
 
 import csv
@@ -20,7 +20,7 @@ from narx.types import FloatArray
 
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
 _COMMENT = ("#", "%", "//")
-# lines from which the dialect is judged, spread over the file
+# lines used to detect the dialect, spread over the file
 _SAMPLE = 60
 _MISSING = frozenset(
     ("", "na", "n/a", "#n/a", "nan", "-nan", "null", "none", "nil", "<na>", "-", "--", "?", ".",
@@ -35,20 +35,20 @@ _GROUPED = {
 
 @dataclass(frozen=True)
 class TextTable:
-    """Cells of a text file under their names.
+    """Cells of a text file with column names.
 
     Parameters
     ----------
     path : pathlib.Path
         The file, for messages.
     names : tuple of str
-        A name per column; empty for an index column without one.
+        One name per column; empty for an index column without one.
     units : tuple of str, or None
-        Units row below the header, where there is one.
+        Units row below the header, if any.
     rows : list of list of str
         Cells of every data line, as many as there are names.
     line_numbers : list of int
-        Line of the file that each row stands in, from 1.
+        Line number of each row in the file, from 1.
     decimal : {".", ","}
         Decimal mark.
     ends_in_line_break : bool
@@ -56,7 +56,7 @@ class TextTable:
     comments : tuple of str
         Lines of comment or metadata above the header.
     notes : tuple of str
-        What is not plain CSV, for people.
+        Deviations from plain CSV, as text.
     """
 
     path: Path
@@ -83,12 +83,12 @@ class TextTable:
         Returns
         -------
         ndarray, shape (N,)
-            NaN where a cell is empty or says that it is missing.
+            NaN where a cell is empty or marked as missing.
 
         Raises
         ------
         RecordingError
-            If a cell is something else than a finite number; names line and column.
+            If a cell is not a finite number; the message names line and column.
         """
         cells = self._cells(column)
         numbers = _plain_numbers(cells) if self.decimal == "." else None
@@ -123,7 +123,7 @@ class TextTable:
         Raises
         ------
         RecordingError
-            If a cell is no date and time of ISO 8601.
+            If a cell is not a date and time of ISO 8601.
         """
         cells = self._cells(column)
         if sum(":" in cell for cell in cells) <= len(cells) // 2:
@@ -152,7 +152,7 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
         ``sep=`` line, below it a row of units; lines may begin with an index or end in a separator.
 
     content : bytes, optional
-        What is in the file, if it was read already; `path` then only names it.
+        Content of the file, if already read; `path` is then only its name.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
     ------
     RecordingError
         If the file is not text or has no header above a table, or a line does not have as many
-        cells as the others; one line that names file and place.
+        cells as the others; the message is one line with file and place.
     """
     data = regular_file(path).read_bytes() if content is None else content
     text, notes = _decoded(path, data)
@@ -233,7 +233,7 @@ def _decoded(path: Path, data: bytes) -> tuple[str, list[str]]:
 def _split(lines: list[str], separator: str) -> list[list[str]]:
     if separator == " ":
         return [line.split() for line in lines]
-    # the csv module is told of a line at a time, so that a stray quote does not eat the file
+    # the csv module receives one line at a time, so that a stray quote does not consume the file
     quoted = [line.strip(" \r") if '"' in line else None for line in lines]
     return [
         line.split(separator)
@@ -244,7 +244,7 @@ def _split(lines: list[str], separator: str) -> list[list[str]]:
 
 
 def _separator(lines: list[str]) -> str:
-    """Choose what splits lines into the same number of cells that hold numbers."""
+    """Choose the separator that splits lines into equal numbers of numeric cells."""
     chosen = np.unique(np.linspace(len(lines) // 4, len(lines) - 1, _SAMPLE).astype(int))
     sample = [lines[k] for k in chosen]
 
@@ -276,7 +276,7 @@ def _header(
     separator: str,
 ) -> tuple[list[str], tuple[str, ...] | None]:
     """Find the names, and the row of units below them."""
-    # one name fewer where the first column is an index, or where lines end in a separator
+    # one name fewer if the first column is an index, or if lines end in a separator
     fitting = [_cut(row, width) for row in above]
     fitting = [row for row in fitting if width - 1 <= len(row) <= width]
     units = None
@@ -298,7 +298,7 @@ def _header(
 
 
 def _cut(row: list[str], width: int) -> list[str]:
-    """Take off empty cells beyond a width, which separators at the end of a line make."""
+    """Remove empty cells beyond a width, from separators at the end of a line."""
     while len(row) > width and not row[-1].strip():
         row = row[:-1]
     return row
@@ -307,7 +307,7 @@ def _cut(row: list[str], width: int) -> list[str]:
 def _even(
     path: Path, rows: list[list[str]], line_numbers: list[int], n_names: int
 ) -> tuple[list[list[str]], bool]:
-    """Make all rows as wide as the header; tell whether an index stands in front of them."""
+    """Make all rows as wide as the header; return whether they begin with an index."""
     longer = sum(any(cell.strip() for cell in row[n_names:]) for row in rows)
     has_index = longer > len(rows) // 2
     width = n_names + has_index
@@ -356,9 +356,9 @@ def _plain_numbers(cells: list[str]) -> FloatArray | None:
 
 
 def _number(cell: str, decimal: str) -> float:
-    """Return the number in a cell, NaN where it is missing, infinite where it is no number."""
+    """Return the number in a cell, NaN if it is missing, infinite if it is not a number."""
     try:
-        # a point among decimal commas, and what only Python takes for a number
+        # a point among decimal commas, and numbers valid only in Python
         if "_" in cell or (decimal == "," and "." in cell):
             raise ValueError
         return float(cell.replace(decimal, "."))

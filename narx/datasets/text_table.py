@@ -1,4 +1,4 @@
-"""Numbers in a text file, read strictly: a damaged line is named, not skipped."""
+"""Numbers in a text file, read strictly: a damaged line is reported, not skipped."""
 
 import math
 import re
@@ -49,8 +49,8 @@ def read_numbers(
     Raises
     ------
     RecordingError
-        If the file is missing, empty, lacks a column, or holds something that is not a finite
-        number; the message names file, line and column.
+        If the file is missing, empty, lacks a column, or contains something other than finite
+        numbers; the message names file, line and column.
     """
     lines = _lines(path, comment, terminated)
     header = None if columns is None or isinstance(columns, int) else list(columns)
@@ -91,7 +91,7 @@ def read_numbers(
 
 
 def _number(cell: str, missing_allowed: bool) -> float:
-    """Return the number in a cell, infinite where there is none."""
+    """Return the number in a cell, infinite if there is none."""
     try:
         number = float(cell)
     except ValueError:
@@ -100,7 +100,7 @@ def _number(cell: str, missing_allowed: bool) -> float:
 
 
 def _lines(path: Path, comment: str | None, terminated: bool) -> list[tuple[int, str]]:
-    """Return the numbered lines that hold something."""
+    """Return the numbered lines that are not empty."""
     try:
         text = regular_file(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -1,4 +1,4 @@
-"""What all recordings with an optically tracked sensor need: one clock, one frame, no spikes."""
+"""Processing of recordings with an optically tracked sensor: one clock, one frame, no spikes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from narx.recordings.resampling import resample_quaternions, resample_vectors, u
 from narx.recordings.trial import ImuRecording, ReferenceOrientation
 from narx.types import FloatArray
 
-# the body cannot turn faster than its gyroscope says: beyond this factor it is a tracking fault
+# the body cannot turn faster than its gyroscope measures: beyond this factor it is a tracking fault
 _SPIKE_FACTOR = 2.0
 _SPIKE_MAX_S = 0.2
 
@@ -27,7 +27,7 @@ class RawSensor:
     accelerometer : ndarray, shape (M, 4)
         Time in s, then specific force x, y, z in m/s^2.
     static_bias_rad_s : ndarray, shape (3,)
-        Gyroscope bias, taken off for the alignment only, rad/s.
+        Gyroscope bias, removed for the alignment only, rad/s.
     optical_time_s : ndarray, shape (K,)
         The reference's clock, s.
     body_wxyz : ndarray, shape (K, 4)
@@ -52,9 +52,9 @@ class AlignedSensors:
     reference : dict of str to ReferenceOrientation
         By segment, in the sensor frame.
     clock_offset_s : dict of str to float
-        By how much the inertial clock lagged behind the optical one, s.
+        Lag of the inertial clock behind the optical one, s.
     notes : tuple of str
-        What was done, for people.
+        Processing applied, as text.
     """
 
     imus: dict[str, ImuRecording]
@@ -84,7 +84,7 @@ def align_sensors(
     Returns
     -------
     AlignedSensors
-        The inertial clock is kept and the reference moved onto it, by one offset for all.
+        The inertial clock is kept and the reference shifted to it, by one offset for all.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def align_sensors(
 def without_spikes(
     time_s: FloatArray, quaternion_wxyz: FloatArray, fastest_rad_s: float
 ) -> tuple[FloatArray, int]:
-    """Take tracking faults out of an orientation.
+    """Remove tracking faults from an orientation.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def without_spikes(
     quaternion_wxyz : ndarray, shape (N, 4)
         Orientation; NaN where missing.
     fastest_rad_s : float
-        Fastest rate that the gyroscope saw, rad/s.
+        Highest rate of the gyroscope, rad/s.
 
     Returns
     -------
@@ -169,16 +169,16 @@ def without_spikes(
         A copy with NaN where samples lie between two jumps (turns faster than twice the
         gyroscope's fastest) less than 0.2 s apart.
     removed : int
-        How many.
+        Number of samples removed.
     """
     cleaned = quaternion_wxyz.copy()
-    there = np.flatnonzero(np.isfinite(cleaned).all(axis=1))
-    if there.size < 2:
+    valid = np.flatnonzero(np.isfinite(cleaned).all(axis=1))
+    if valid.size < 2:
         return cleaned, 0
-    rotation = Rotation.from_quat(cleaned[there], scalar_first=True)
-    interval = np.diff(time_s[there])
+    rotation = Rotation.from_quat(cleaned[valid], scalar_first=True)
+    interval = np.diff(time_s[valid])
     speed = (rotation[:-1].inv() * rotation[1:]).magnitude() / interval
-    runs = np.split(there, np.flatnonzero(speed > _SPIKE_FACTOR * fastest_rad_s) + 1)
+    runs = np.split(valid, np.flatnonzero(speed > _SPIKE_FACTOR * fastest_rad_s) + 1)
     if len(runs) == 1:
         return cleaned, 0
     short = [run for run in runs if time_s[run[-1]] - time_s[run[0]] < _SPIKE_MAX_S]
@@ -188,14 +188,14 @@ def without_spikes(
 
 
 def turn_frame(body_wxyz: FloatArray, body_to_sensor: Rotation) -> FloatArray:
-    """Turn the orientation of a body into that of a sensor fixed to it.
+    """Convert the orientation of a body to that of a sensor fixed to it.
 
     Parameters
     ----------
     body_wxyz : ndarray, shape (N, 4)
         Body to global; NaN where missing.
     body_to_sensor : Rotation
-        Takes body vectors to sensor vectors.
+        Maps body vectors to sensor vectors.
 
     Returns
     -------
@@ -203,10 +203,10 @@ def turn_frame(body_wxyz: FloatArray, body_to_sensor: Rotation) -> FloatArray:
         Sensor to global; NaN where missing.
     """
     sensor = np.full_like(body_wxyz, np.nan)
-    there = np.isfinite(body_wxyz).all(axis=1)
-    if there.any():
-        body = Rotation.from_quat(body_wxyz[there], scalar_first=True)
-        sensor[there] = (body * body_to_sensor.inv()).as_quat(scalar_first=True)
+    valid = np.isfinite(body_wxyz).all(axis=1)
+    if valid.any():
+        body = Rotation.from_quat(body_wxyz[valid], scalar_first=True)
+        sensor[valid] = (body * body_to_sensor.inv()).as_quat(scalar_first=True)
     return sensor
 
 

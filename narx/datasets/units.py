@@ -1,4 +1,4 @@
-"""Units as files write them, and what turns a number into SI."""
+"""Spellings of units in files, and their factors to SI."""
 
 import re
 from typing import Literal
@@ -9,7 +9,7 @@ from narx.recordings.trial import GRAVITY_M_S2
 
 Quantity = Literal["time", "gyroscope", "accelerometer"]
 
-# the first spelling of a unit is the one that this package's own column names end in
+# the first spelling of a unit is the suffix of the package's own column names
 _SPELLINGS: dict[Quantity, dict[float, tuple[str, ...]]] = {
     "time": {
         1.0: ("s", "sec", "secs", "second", "seconds"),
@@ -73,7 +73,7 @@ def unit_names(quantity: Quantity) -> list[str]:
 
 
 def is_unit(text: str) -> bool:
-    """Tell whether a cell holds a unit and not a name or a value.
+    """Return whether a cell is a unit and not a name or a value.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Training sequences side by side, padded, for a rollout in closed loop."""
+"""Training sequences in parallel, padded, for a rollout in closed loop."""
 
 import math
 from collections.abc import Sequence
@@ -15,18 +15,18 @@ from narx.windows.sequences import TrainingSequence
 
 @dataclass(frozen=True)
 class Batch:
-    """Sequences side by side, padded at the end, with what a rollout of them needs.
+    """Sequences in parallel, padded at the end, with states and targets for a rollout.
 
     Parameters
     ----------
     rates_rad_s : Tensor, shape (B, N, 3)
         Gyroscope, zero after a sequence's end.
     targets_rad : Tensor, shape (B, N, 3)
-        Angles wanted, including the posture; NaN where none (padding included).
+        Target angles, including the posture; NaN where missing (padding included).
     state : Tensor, shape (B, 3, n_state)
         Normalised state before the first sample.
     posture_rad : Tensor, shape (B, 3)
-        Angle about which the network works.
+        Angle at a network output of zero.
     weight : Tensor, shape (B,)
         Of the squared errors.
     """
@@ -42,14 +42,14 @@ InitialState = Literal["teacher", "zero"]
 
 
 def batch(sequences: Sequence[TrainingSequence], model: Narx, initial_state: InitialState) -> Batch:
-    """Put sequences side by side for a network.
+    """Arrange sequences in parallel for a network.
 
     Parameters
     ----------
     sequences : sequence of TrainingSequence
         Of the network's sampling rate.
     model : Narx
-        Gives the scales of the state.
+        Network whose scales apply to the state.
     initial_state : {"teacher", "zero"}
         Start from the teacher's first angles, about the mean posture; or from zero about zero
         (Tham et al., II-B3).

@@ -1,4 +1,4 @@
-"""From stretches of training data to a trained network."""
+"""Training of a network from training sequences."""
 
 import copy
 from collections.abc import Sequence
@@ -26,12 +26,12 @@ _MOST_HIDDEN, _MOST_LAGS, _MOST_WEIGHTS = 64, 64, 600
 
 @dataclass(frozen=True)
 class NetworkDesign:
-    """What kind of network is to be trained.
+    """Design of a network to be trained.
 
     Parameters
     ----------
     hidden : int or {"auto"}
-        Tanh neurons; ``auto`` takes as many as the sagittal gyroscope has major components
+        Tanh neurons; ``auto`` uses as many as the sagittal gyroscope has major components
         (`narx.gait.spectrum.hidden_neurons`).
     input_lags, output_lags : int
         Delays.
@@ -84,14 +84,14 @@ class NetworkDesign:
             )
 
     def untrained(self, training: Sequence[TrainingSequence], offset_free: bool) -> Narx:
-        """Make a network with the scales of its training data.
+        """Create a network with the scales of its training data.
 
         Parameters
         ----------
         training : sequence of TrainingSequence
             Of one sampling rate.
         offset_free : bool
-            Take each sequence's mean angle off before the angle's scale is chosen.
+            Subtract each sequence's mean angle before the angle's scale is chosen.
 
         Returns
         -------
@@ -165,13 +165,13 @@ def train_network(
     Parameters
     ----------
     training, validation : sequence of TrainingSequence
-        The second chooses among starts.
+        The second is used to choose among starts.
     design : NetworkDesign
-        Kind of network.
+        Design of the network.
     objective : Objective
-        What is minimised.
+        Objective to minimise.
     optimizer : Optimizer
-        Who minimises it.
+        Optimiser.
     rng : numpy.random.Generator
         Draws the starts.
     log : callable

@@ -67,16 +67,16 @@ class _GradientOptimizer:
         log: Log,
         start: FloatArray | None = None,
     ) -> FitReport:
-        """Train from several starts and keep the best by its error on held-back samples.
+        """Train from several starts and keep the best by its error on held-out samples.
 
         Parameters
         ----------
         model : Narx
             Network; its weights are set to the best found.
         training, validation : Batch
-            Sequences; the second chooses.
+            Sequences; the second is used to choose among starts.
         objective : Objective
-            What is minimised.
+            Objective to minimise.
         rng : numpy.random.Generator
             Draws the starts.
         log : callable
@@ -87,7 +87,7 @@ class _GradientOptimizer:
         Returns
         -------
         FitReport
-            History of the kept restart.
+            History of the best restart.
 
         Raises
         ------

@@ -1,13 +1,13 @@
-"""Where training starts: networks that already are leaky integrators, each bent in its own way."""
+"""Initial weights: leaky integrators, each with a random nonlinearity."""
 
 import numpy as np
 
 from narx.network.model import Narx
 from narx.types import FloatArray
 
-# Size of the hidden neurons' arguments. A tanh that bends by a share b makes the angle leak by b
-# at every sample: at 500 Hz a slope of 0.1 would leak 2 rad/s at 30 degrees, as much as no gait
-# survives. 0.01 leaves 0.02 rad/s.
+# Size of the hidden neurons' arguments. A relative nonlinearity b of the tanh makes the angle leak
+# by b at every sample: at 500 Hz a slope of 0.1 would leak 2 rad/s at 30 degrees, far too much for
+# gait. 0.01 leaves 0.02 rad/s.
 SLOPE = 0.01
 
 
@@ -29,9 +29,9 @@ def leaky_integrator(model: Narx, leak_rad_s: float) -> FloatArray:
     Notes
     -----
     Tham et al., eqs. (4)-(6), corrected. Eq. (5), p'' + wc p' = v', gives by backward Euler
-    ``(1 + e) p_k = Ts (v_k - v_{k-1}) + (2 + e) p_{k-1} - p_{k-2}`` with e = Ts wc; the print
-    lacks the (1 + e) and is unstable. Its pole at 1 meets the zero at 1; what remains is
-    ``(1 + e) p_k = Ts v_k + p_{k-1}``, taken here with the trapezoid ``(v_k + v_{k-1}) / 2``.
+    ``(1 + e) p_k = Ts (v_k - v_{k-1}) + (2 + e) p_{k-1} - p_{k-2}`` with e = Ts wc; the printed
+    form lacks the (1 + e) and is unstable. Its pole at 1 cancels the zero at 1; the remainder is
+    ``(1 + e) p_k = Ts v_k + p_{k-1}``, used here with the trapezoid ``(v_k + v_{k-1}) / 2``.
     """
     structure, scaled = model.structure, model.normalisation
     interval_s = 1.0 / model.sampling_rate_hz
@@ -72,7 +72,7 @@ def leaky_integrator_weights(
 
 
 def typical_sizes(model: Narx, slope: float = SLOPE) -> FloatArray:
-    """Tell what a large change of each weight is.
+    """Return the typical size of each weight.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ def typical_sizes(model: Narx, slope: float = SLOPE) -> FloatArray:
     Returns
     -------
     ndarray, shape (P,)
-        The slope for what leads into the hidden neurons, its inverse (shared by the neurons)
-        for what leads out, and 1 for the last bias.
+        The slope for weights into the hidden neurons, its inverse (divided among the neurons) for
+        weights out of them, and 1 for the last bias.
     """
     structure = model.structure
     sizes = np.ones(structure.n_weights)
@@ -109,7 +109,7 @@ def random_weights(
     model : Narx
         Network to start; odd networks get zero biases.
     rng : numpy.random.Generator
-        Source of chance.
+        Random number generator.
     leak_rad_s : tuple of two floats
         Range of the corner frequency, rad/s, drawn log-uniformly.
     slope : float
@@ -131,7 +131,7 @@ def random_weights(
     bias = np.zeros(structure.hidden)
     if not model.odd:
         bias = slope * rng.normal(size=structure.hidden)
-    # hidden neurons see the same features through different slopes; the second layer's sum of
+    # hidden neurons have different slopes for the same features; the second layer's sum of
     # slopes (tanh'(bias) included) restores the linear part exactly
     effective = second * (1.0 - np.tanh(bias) ** 2)
     first = (

@@ -1,4 +1,4 @@
-"""Training by Levenberg-Marquardt: many starts, a curriculum, the best by held-back samples."""
+"""Training by Levenberg-Marquardt: many starts, a curriculum, the best on held-out samples."""
 
 import threading
 from collections import Counter
@@ -34,8 +34,8 @@ class LevenbergMarquardt:
     curriculum : sequence of {"open", int, "closed"}
         Stages (`narx.training.stages.stages_of`).
     prior_deg2 : float
-        How much mean squared error, in deg^2, it is worth to change a weight of the leaky
-        integrator by all its size; 0 for no prior.
+        Mean squared error, in deg^2, equivalent to a change of a weight of the leaky integrator by
+        100 %; 0 for no prior.
     cost_change : float
         A start stops when a step lowers its cost by less than this share.
     bayesian : bool
@@ -77,7 +77,7 @@ class LevenbergMarquardt:
         model : Narx
             Network.
         training, validation : Batch
-            Sequences; the second chooses among starts.
+            Sequences; the second is used to choose among starts.
         objective : Objective
             What is minimised.
         rng : numpy.random.Generator
@@ -91,7 +91,7 @@ class LevenbergMarquardt:
         Returns
         -------
         FitReport
-            History of the kept start and the spread of all.
+            History of the best start and the spread of all.
 
         Raises
         ------

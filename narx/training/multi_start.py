@@ -1,9 +1,8 @@
-"""Many starts, a curriculum of problems, and a choice by error on held-back samples.
+"""Many starts, a curriculum of problems, and a choice by error on held-out samples.
 
-Training a NARX network is a lottery: of fits that are all good one step ahead, some drift or
-explode in closed loop. So: many starts, the easy problem first (one step ahead), then growing
-horizons, then the closed loop, and the winner is who does best in closed loop on samples that
-no stage has seen.
+Of networks that all fit well one step ahead, some drift or diverge in closed loop. Therefore many
+starts are trained, on the easy problem first (one step ahead), then on growing horizons, then in
+closed loop, and the best in closed loop on held-out samples is chosen.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,21 +24,21 @@ from narx.training.stages import Stage
 from narx.types import BoolArray, FloatArray
 from narx.windows.lagged import LaggedWindows
 
-# starts that are trained in step, and a unit of work for a thread; fixed, so that results do not
-# depend on the number of threads
+# starts that are trained in parallel, and a unit of work for a thread; fixed, so that results do
+# not depend on the number of threads
 _TOGETHER = 16
 
 
 @dataclass(frozen=True)
 class MultiStartResult:
-    """What came out of all starts.
+    """Results of all starts.
 
     Parameters
     ----------
     weights : ndarray, shape (P,)
         Of the best start.
     best : int
-        Which it was.
+        Index of the best start.
     errors : ndarray, shape (R,)
         Root of the weighted mean of squared residuals of every start on the held-back samples;
         not finite where it diverged.
@@ -118,7 +117,7 @@ def normal_starts(
     n : int
         Number of starts.
     rng : numpy.random.Generator
-        Source of chance.
+        Random number generator.
     scale : float
         Standard deviation of the weights.
     odd : bool
@@ -136,7 +135,7 @@ def normal_starts(
 
 
 def biases(structure: NarxStructure) -> BoolArray:
-    """Tell which weights are biases, which an odd network holds at zero.
+    """Return which weights are biases, which an odd network keeps at zero.
 
     Parameters
     ----------
@@ -200,12 +199,12 @@ def multi_start(
     trainable: ArrayLike | None = None,
     log: Callable[[int, FloatArray, float], None] | None = None,
 ) -> MultiStartResult:
-    """Train from many starts, in threads, and choose the best on held-back samples.
+    """Train from many starts, in threads, and choose the best on held-out samples.
 
     Parameters
     ----------
     stages : sequence of Stage
-        Problems, each started from where the one before ended.
+        Problems, each started from the result of the previous one.
     starts : array_like, shape (R, P)
         Weights to start from.
     validation : LeastSquaresProblem

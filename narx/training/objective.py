@@ -1,4 +1,4 @@
-"""What training minimises, and what an optimizer has to say about its result."""
+"""Objective of training, and the report of an optimizer."""
 
 import math
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from narx.training.batch import Batch
 from narx.training.ranges import between, yes_or_no
 from narx.types import FloatArray
 
-# what an optimizer reports as it goes: iteration, and numbers by name (cost, damping, ...)
+# progress reported by an optimizer: iteration, and numbers by name (cost, damping, ...)
 Log = Callable[[int, dict[str, float]], None]
 
 # the artificial return to rest: from about ten degrees, for so many time constants
@@ -166,11 +166,11 @@ class FitReport:
     Parameters
     ----------
     code : str
-        Why it stopped.
+        Reason for stopping.
     iterations : int
-        Of the kept restart.
+        Iterations of the best restart.
     history : list of dict
-        Numbers by name, one an iteration of the kept restart.
+        Numbers by name, one entry per iteration of the best restart.
     restarts : dict
         Spread over restarts: how many, how many were dropped, quantiles of the validation error.
     """
@@ -201,9 +201,9 @@ class Optimizer(Protocol):
         model : Narx
             Network.
         training, validation : Batch
-            Sequences; the second chooses.
+            Sequences; the second is used to choose among starts.
         objective : Objective
-            What is minimised.
+            Objective to minimise.
         rng : numpy.random.Generator
             Draws the starts.
         log : callable
@@ -214,6 +214,6 @@ class Optimizer(Protocol):
         Returns
         -------
         FitReport
-            What the optimizer has to say.
+            Report of the optimizer.
         """
         ...

@@ -1,4 +1,4 @@
-"""Whose angles a network learns."""
+"""Sources of the target angles of training."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,22 +10,22 @@ from narx.types import FloatArray
 
 
 class Teacher(Protocol):
-    """Gives the angles to learn."""
+    """Source of target angles."""
 
     def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
-        """Give the angles of a segment.
+        """Return the target angles of a segment.
 
         Parameters
         ----------
         dataset : str
-            Where the segment is from.
+            Dataset of the segment.
         segment : CalibratedSegment
-            To be learned.
+            Segment to learn.
 
         Returns
         -------
         ndarray, shape (N, 3)
-            Angles in rad; NaN where there is nothing to learn.
+            Angles in rad; NaN where there is no target.
         """
         ...
 
@@ -50,7 +50,7 @@ class MethodTeacher:
         dataset : str
             Not used.
         segment : CalibratedSegment
-            To be learned.
+            Segment to learn.
 
         Returns
         -------
@@ -72,7 +72,7 @@ class ReferenceTeacher:
         dataset : str
             For the message.
         segment : CalibratedSegment
-            To be learned.
+            Segment to learn.
 
         Returns
         -------
@@ -96,13 +96,13 @@ class ReferenceTeacher:
 class AutomaticTeacher:
     """Learn from the method in simulation, as the paper does, else from the reference.
 
-    On real walks with turns the complementary filter, which takes the axes one by one, is too
-    poor a teacher (docs/generalisation.md).
+    On real walks with turns the complementary filter, which treats the axes independently, is too
+    inaccurate as a teacher (docs/generalisation.md).
 
     Parameters
     ----------
     method : OrientationMethod
-        Teacher in simulation, and where there is no reference.
+        Teacher in simulation, and without a reference.
     """
 
     method: OrientationMethod
@@ -113,9 +113,9 @@ class AutomaticTeacher:
         Parameters
         ----------
         dataset : str
-            Where the segment is from.
+            Dataset of the segment.
         segment : CalibratedSegment
-            To be learned.
+            Segment to learn.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Train a network from a notebook or a command: trials, folds or own arrays in, checkpoint out."""
+"""Train a network from a notebook or a command, on trials, folds or own arrays."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -34,25 +34,24 @@ class Trainer:
     Parameters
     ----------
     design : NetworkDesign
-        Kind of network.
+        Design of the network.
     objective : Objective
-        What is minimised.
+        Objective to minimise.
     optimizer : Optimizer
         Finds the weights.
     reader : TrialReader
-        How sequences are cut out of trials, and whose angles are learned; of no effect on
-        sequences that come ready.
+        Cuts sequences from trials and provides the target angles; not used for given sequences.
     start_up : StartUp
         How the trained network starts.
     axis_scaling : {"training", "own"}
         As `narx.inference.NarxMethod`.
     washout_s : float, optional
-        As `narx.inference.NarxMethod`, s; None leaves a lasting deviation.
+        As `narx.inference.NarxMethod`, s; None for no washout.
     held_back : float
         End of each training sequence that chooses among restarts where no data are given for
         that, as a share of its samples in [0, 0.9]; 0 lets the training data choose.
     seed : int or numpy.random.Generator
-        Of the starts.
+        Seed of the starts.
     tracker : PostureTracker, optional
         Learns posture and bias as the network runs, instead of start-up and washout.
     start : Checkpoint, optional
@@ -112,11 +111,11 @@ class Trainer:
         Parameters
         ----------
         training : iterable of Trial or TrainingSequence
-            What is trained on; `narx.windows.from_arrays` makes sequences of own arrays.
+            Training data; `narx.windows.from_arrays` makes sequences from own arrays.
         validation : iterable of Trial or TrainingSequence, optional
-            Chooses among restarts; the end of every training sequence if not given.
+            Data to choose among restarts; the end of every training sequence if not given.
         log : callable, optional
-            Called with iteration and numbers by name as the training goes.
+            Called with iteration and numbers by name during training.
 
         Returns
         -------
@@ -145,7 +144,7 @@ class Trainer:
         sources : mapping of str to TrialSource
             By name.
         fold : Fold
-            What may be trained on; its test part is not touched.
+            Training and validation parts; the test part is not used.
         log : callable, optional
             As `fit`.
 

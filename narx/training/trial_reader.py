@@ -19,7 +19,7 @@ from narx.windows.sequences import TrainingSequence, contiguous
 
 Std = tuple[float, float, float]
 
-# half widths of the bands that hold 68 and 95 % of a normal distribution
+# half widths of the 68 and 95 % bands of a normal distribution
 _NORMAL_BANDS = np.array([0.9945, 1.96])
 
 
@@ -49,17 +49,17 @@ def _default_teacher() -> Teacher:
 
 @dataclass(frozen=True)
 class TrialReader:
-    """How training sequences are cut out of trials.
+    """Reader of training sequences from trials.
 
     Parameters
     ----------
     teacher : Teacher
-        Whose angles are learned: by default the reference where there is one, on simulated gait
-        the complementary filter, as Tham et al.
+        Source of target angles: by default the reference if there is one, on simulated gait the
+        complementary filter, as in Tham et al.
     calibration : {"auto", "leg", "knee", "functional", "walking", "sensor"}
         As `narx.calibration.calibrate`.
     skip_s : float
-        Start of each trial that is not trained on, s.
+        Start of each trial that is left out, s.
     segments : sequence of str, optional
         Names of the segments to train on; all if not given.
     weights : mapping of str to float
@@ -99,8 +99,8 @@ class TrialReader:
         Raises
         ------
         UserError
-            If a part lies beyond its trial, no trial has a segment that is wanted, or nothing
-            is free of gaps.
+            If a part lies outside its trial, no trial has a requested segment, or nothing is free
+            of gaps.
         """
         found: list[TrainingSequence] = []
         names: list[str] = []
@@ -154,13 +154,13 @@ class TrialReader:
         method : NarxMethod
             The network with its start-up and washout.
         stretches : iterable of Stretch
-            Trials trained on; all of each counts.
+            Training trials; the whole of each is used.
 
         Returns
         -------
         after, start : tuple of three floats, or None
-            Root mean square error of each axis after the start-up and during it, rad: what the
-            standard deviation of an estimate is taken to be. None without a reference.
+            Root mean square error of each axis after the start-up and during it, rad: used as the
+            standard deviation of an estimate. None without a reference.
         """
         total, count = np.zeros((2, 3)), np.zeros((2, 3))
         for stretch in stretches:
@@ -189,7 +189,7 @@ class TrialReader:
         method : NarxMethod
             The network with its tracker.
         stretches : iterable of Stretch
-            Trials trained on; all of each counts.
+            Training trials; the whole of each is used.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""What a network is trained on: sequences without gaps, lagged windows of them."""
+"""Training data of networks: sequences without gaps, and lagged windows of them."""
 
 from narx.windows.lagged import LaggedWindows
 from narx.windows.sequences import TrainingSequence, contiguous, from_arrays, hold_back

@@ -1,4 +1,4 @@
-"""Lagged windows of recorded signals: what the network sees one step ahead."""
+"""Lagged windows of recorded signals: the network's inputs for one-step-ahead prediction."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
     Parameters
     ----------
     inputs : sequence of ndarray, each of shape (N_i,) or (N_i, n_inputs)
-        Angular rate, one array a sequence, in whatever unit the network is trained in; NaN
+        Angular rate, one array per sequence, in the unit of training; NaN
         where missing.
     outputs : sequence of ndarray, each of shape (N_i,)
         Angle, likewise.

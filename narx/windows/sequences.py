@@ -1,4 +1,4 @@
-"""What a network is trained on: stretches of a recording without gaps."""
+"""Training sequences: parts of a recording without gaps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from narx.types import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class TrainingSequence:
-    """A stretch of one segment without gaps, with the angles to learn.
+    """A part of one segment's recording without gaps, with target angles.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ class TrainingSequence:
     signals : SegmentSignals
         Calibrated gyroscope.
     target_rad : ndarray, shape (N, 3)
-        The teacher's angles, order of `narx.kinematics.segment_angles.AXES`; NaN where it has none.
+        The teacher's angles, order of `narx.kinematics.segment_angles.AXES`; NaN where missing.
     weight : float
         Of its squared errors.
     """
@@ -44,14 +44,14 @@ def from_arrays(
     name: str = "arrays",
     weight: float = 1.0,
 ) -> list[TrainingSequence]:
-    """Make training sequences of own arrays.
+    """Make training sequences from own arrays.
 
     Parameters
     ----------
     rates_rad_s : array_like, shape (N, 3)
         Gyroscope about the sagittal, frontal and transverse axis, rad/s; NaN where missing.
     angles_rad : array_like, shape (N, 3)
-        Angles to learn, rad, same axes and samples; NaN where there are none.
+        Angles to learn, rad, same axes and samples; NaN where missing.
     sampling_rate_hz : float
         Rate of both, Hz.
     name : str
@@ -131,14 +131,14 @@ def contiguous(
 def hold_back(
     sequences: Sequence[TrainingSequence], fraction: float
 ) -> tuple[list[TrainingSequence], list[TrainingSequence]]:
-    """Keep the end of every sequence for choosing among restarts.
+    """Hold out the end of every sequence to choose among restarts.
 
     Parameters
     ----------
     sequences : sequence of TrainingSequence
         All that may be trained on.
     fraction : float
-        Share of each sequence that is held back, in [0, 1).
+        Share of each sequence that is held out, in [0, 1).
 
     Returns
     -------

@@ -22,7 +22,7 @@ class NetworkFit:
     inputs : Tensor, shape (..., N, n_inputs)
         Normalised inputs, finite (shorter sequences are padded, with NaN targets).
     targets : Tensor, shape (..., N)
-        Normalised outputs wanted; NaN samples do not count.
+        Target outputs, normalised; NaN samples are left out.
     state : Tensor, shape (..., n_state), optional
         State before the first sample; zero if not given.
     structure : NarxStructure
@@ -30,7 +30,7 @@ class NetworkFit:
     sequence_weights : Tensor, shape (...), optional
         Factor on the squared residuals of each sequence; 1 if not given.
     washout : int
-        Initial samples of each sequence that do not count.
+        Initial samples of each sequence that are left out.
     horizon : int, optional
         Start again every so many samples, 2 or more, where the measured outputs are there. The
         whole sequence (closed loop) if not given.
@@ -67,7 +67,7 @@ class NetworkFit:
         if sequence_weights is not None:
             self._roots = np.sqrt(flat(sequence_weights.expand(self._lead), 0)).reshape(-1)
         there = ~np.isnan(self._targets)
-        # nothing counts after the last target
+        # samples after the last target are not used
         n_samples = there.shape[1]
         last = n_samples - np.argmax(there[:, ::-1], axis=1) if n_samples else 0
         self._lengths = np.where(there.any(axis=1), last, 0).astype(np.int64)
@@ -107,7 +107,7 @@ class NetworkFit:
         Returns
         -------
         Tensor, shape (B, N)
-            Zero where they do not count.
+            Zero where they are left out.
         """
         inputs, state, targets, roots, counted = (
             torch.from_numpy(a).to(weights.device)
@@ -144,7 +144,7 @@ class NetworkFit:
             packed = [np.ascontiguousarray(weights[i].T) for i in starts]
             every = np.repeat(np.arange(n_sequences)[:, None], len(lanes), axis=1)
             groups = np.repeat(every[None], len(starts), axis=0)
-        # sums of their own for each group: the same numbers with any number of threads
+        # separate sums for each group: the same numbers with any number of threads
         sums = np.zeros((len(groups), n_rows, n_rows, 8))
         shape, exact = kernel_shape(self.structure), EXACT[self.tanh]
 

@@ -1,7 +1,7 @@
 """Products of residuals and their derivatives by torch's forward-mode differentiation.
 
-What the least-squares problems fall back on where the compiled loops cannot be had
-(`narx.kernels.loops`), and what these are tested against.
+Fallback of the least-squares problems if the compiled loops are not available
+(`narx.kernels.loops`), and the reference for their tests.
 """
 
 from collections.abc import Callable

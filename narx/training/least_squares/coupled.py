@@ -23,15 +23,15 @@ class CoupledFit:
     rates : Tensor, shape (..., N, 3)
         Gyroscope about the axes, rad/s, finite (shorter sequences are padded, with NaN targets).
     targets : Tensor, shape (..., N, 3)
-        Angles wanted, rad; NaN samples do not count.
+        Target angles, rad; NaN samples are left out.
     state : Tensor, shape (..., 3, n_state), optional
         Normalised state before the first sample; zero if not given.
     posture : Tensor, shape (..., 3), optional
         Angles at a network output of zero, rad; zero if not given.
     rate_scale : Tensor, shape (3,)
-        Rate that is 1 to the network, rad/s.
+        Rate that corresponds to 1 in the network, rad/s.
     angle_scale : Tensor, shape (3,)
-        Angle that an output of 1 stands for, rad.
+        Angle that corresponds to an output of 1, rad.
     structure : NarxStructure
         Sizes of the network; one input.
     axis_weights : sequence of three floats
@@ -40,9 +40,9 @@ class CoupledFit:
     sequence_weights : Tensor, shape (...), optional
         Factor on the squared residuals of each sequence; 1 if not given.
     washout : int
-        Initial samples of each sequence that do not count.
+        Initial samples of each sequence that are left out.
     offset_free : bool
-        Take each sequence's mean residual off, axis by axis, before squaring.
+        Subtract each sequence's mean residual, axis by axis, before squaring.
     tanh : {"rational", "exact"}
         As in `narx.network.coupled_loop.coupled_closed_loop`.
     """
@@ -103,7 +103,7 @@ class CoupledFit:
         """
         if not loops.AVAILABLE:
             return products_by_torch(self.residuals, weights)
-        # an axis that does not count may hold NaN targets only, or nothing at all
+        # an unused axis may have only NaN targets, or none at all
         counts, size = self._axis_factors > 0, self.n_weights + 1
         products = self._batch.products(weights, self._wanted)[:, counts, :size, :size]
         return np.einsum("a,raij->rij", self._axis_factors[counts], products)
@@ -119,7 +119,7 @@ class CoupledFit:
         Returns
         -------
         Tensor, shape (B, N, 3)
-            In rad, zero where they do not count.
+            In rad, zero where they are left out.
         """
         batch, wanted, device = self._batch, self._wanted, weights.device
 

@@ -1,4 +1,4 @@
-"""How far a Levenberg-Marquardt step may go."""
+"""Damping of Levenberg-Marquardt steps."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -30,7 +30,7 @@ class Damping:
     largest: float = 1e10
 
     def scale(self, products: FloatArray) -> FloatArray:
-        """Give the unit of mu for each start.
+        """Return the unit of mu for each start.
 
         Parameters
         ----------

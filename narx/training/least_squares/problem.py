@@ -1,4 +1,4 @@
-"""What a least-squares solver asks of a problem, and a prior that any of them can have."""
+"""Interface of least-squares problems, and a prior for any of them."""
 
 from typing import Protocol
 
@@ -18,7 +18,7 @@ class LeastSquaresProblem(Protocol):
 
     @property
     def n_residuals(self) -> int:
-        """Number of residuals that count."""
+        """Number of residuals used."""
 
     @property
     def total_weight(self) -> float:
@@ -50,8 +50,8 @@ class LeastSquaresProblem(Protocol):
         -------
         ndarray, shape (R, P + 1, P + 1)
             ``[J r].T @ [J r]`` of each start: Gauss-Newton matrix, gradient in the last row,
-            twice the cost in the corner. The upper triangle need not be filled. Not finite
-            where a start has diverged.
+            twice the cost in the corner. The upper triangle need not be filled. Not finite if a
+            start has diverged.
         """
 
 
@@ -63,9 +63,9 @@ class TowardsPrior:
     Parameters
     ----------
     problem : LeastSquaresProblem
-        What is to be fitted.
+        Problem to fit.
     centre : ndarray, shape (P,)
-        Weights that cost nothing.
+        Weights without a penalty.
     strength : ndarray, shape (P,)
         Factor of each weight's squared distance, in the unit of the squared residuals.
     """

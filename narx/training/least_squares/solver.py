@@ -1,9 +1,9 @@
-"""Levenberg-Marquardt, for one start or for many in step.
+"""Levenberg-Marquardt, for one start or many in parallel.
 
-The solver is put together from parts: a problem (`narx.training.least_squares`: open loop, several
+The solver is composed of parts: a problem (`narx.training.least_squares`: open loop, several
 steps, closed loop, coupled axes), damping, stopping rules and regularisation.
-Each evaluation gives cost, gradient and Gauss-Newton matrix together, so a kept step needs no
-second pass; a step that does not lower the cost is never kept.
+Each evaluation gives cost, gradient and Gauss-Newton matrix together, so an accepted step needs no
+second pass; a step that does not lower the cost is never accepted.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ class Options:
     damping : Damping
         Damping strategy.
     bayesian : bool
-        Choose the weight decay by the evidence after every kept step (MacKay 1992; Foresee and
+        Choose the weight decay by the evidence after every accepted step (MacKay 1992; Foresee and
         Hagan 1997, as MATLAB's trainbr), from zero on.
     """
 
@@ -44,22 +44,22 @@ class Options:
 
 @dataclass(frozen=True)
 class Result:
-    """What came out for R starts.
+    """Results of R starts.
 
     Parameters
     ----------
     weights : ndarray, shape (R, P)
         Best weights.
     cost : ndarray, shape (R,)
-        Half the sum of squared residuals there, regularisation left out.
+        Half the sum of squared residuals at these weights, without regularisation.
     codes : list of ResultCode
-        Why each start stopped.
+        Reason for stopping of each start.
     n_evaluations : ndarray of int, shape (R,)
         Evaluations after the first.
     weight_decay : ndarray, shape (R,)
         Last weight decay.
     history : dict of str to ndarray, shape (evaluations + 1, R)
-        ``cost`` (regularised, of the weights kept so far), ``damping`` and ``gradient`` (largest
+        ``cost`` (regularised, of the current weights), ``damping`` and ``gradient`` (largest
         entry) of every iteration; NaN after a start has stopped.
     """
 
@@ -86,7 +86,7 @@ def levenberg_marquardt(
     problem : LeastSquaresProblem
         Residuals and their derivatives.
     weights : array_like, shape (P,) or (R, P)
-        Start, or starts that are trained in step, each on its own.
+        One start, or several that are trained in parallel and independently.
     options : Options, optional
         Parts of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
@@ -97,7 +97,7 @@ def levenberg_marquardt(
     Returns
     -------
     Result
-        A row a start.
+        One row per start.
     """
     run = _Run(problem, np.atleast_2d(np.array(weights, dtype=np.float64)), options or Options())
     free = np.arange(problem.n_weights)
@@ -114,7 +114,7 @@ def levenberg_marquardt(
 
 
 class _Run:
-    """State of a minimisation: what is known at the weights kept so far."""
+    """State of a minimisation at the current weights."""
 
     free: NDArray[np.int64]
 

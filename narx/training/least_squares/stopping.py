@@ -1,4 +1,4 @@
-"""When a solver stops, and what it says then."""
+"""Stopping rules of a solver, and their result codes."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,7 +7,7 @@ from narx.kernels import lm_step
 
 
 class ResultCode(StrEnum):
-    """Why a solver stopped."""
+    """Reason for stopping."""
 
     RUNNING = "running"
     GRADIENT = "gradient is small"
@@ -19,7 +19,7 @@ class ResultCode(StrEnum):
     NOT_FINITE = "cost is not finite"
 
 
-# the compiled solver has them by number
+# the compiled solver refers to them by number
 CODES = {
     lm_step.RUNNING: ResultCode.RUNNING,
     lm_step.GRADIENT: ResultCode.GRADIENT,
@@ -43,9 +43,9 @@ class Stopping:
     gradient : float
         Largest entry of the gradient, relative to the cost.
     step : float
-        Norm of a kept step, relative to that of the weights.
+        Norm of an accepted step, relative to that of the weights.
     cost_change : float
-        Decrease of the cost by a kept step, relative.
+        Decrease of the cost by an accepted step, relative.
     cost : float
         Cost that is good enough (mean squared residual).
     """
