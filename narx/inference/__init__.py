@@ -1,4 +1,4 @@
-"""A trained network at work: start-up, washout, smoothing, checkpoints."""
+"""Inference with a trained network: start-up, washout, smoothing, checkpoints."""
 
 from narx.inference.checkpoint import Checkpoint, load, save
 from narx.inference.narx_method import NarxMethod

@@ -1,4 +1,4 @@
-"""The gyroscope's static bias in a user's recording, and what the user promises about rest."""
+"""The gyroscope's static bias in a user's recording, and checks of stated rest."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,14 +9,14 @@ from narx.recordings.rest import REST_RAD_S
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
-# a person who stands still sways less, and no gyroscope of today is off by more
+# sway in standing is less, and no current gyroscope has a larger bias
 _MAX_UNREST_RAD_S = np.radians(2.0)
 _MAX_BIAS_RAD_S = np.radians(10.0)
-# what is said to be still may sway more, but does not walk
+# a part given as still may contain more sway, but no walking
 _MAX_PROMISED_UNREST_RAD_S = np.radians(5.0)
-# windows that are looked for, the longer ones first: they average more noise and sway out
+# lengths of windows to search, longest first: they average out more noise and sway
 _STILL_S = (5.0, 2.0, 1.0)
-# who stands at the first sample does not swing a leg over this time
+# a person standing at the first sample does not swing a leg during this time
 _FIRST_S = 0.2
 _MAX_FIRST_RAD_S = 2 * REST_RAD_S
 
@@ -28,16 +28,16 @@ def remove_static_bias(
     where: str,
     given_rad_s: ArrayLike | None = None,
 ) -> tuple[FloatArray | None, str]:
-    """Find the bias that is to be taken off.
+    """Find the static bias to remove.
 
     Parameters
     ----------
     recording : ImuRecording
         The sensor.
     remove : bool
-        Whether a bias is looked for at all.
+        Whether a bias is removed.
     still_s : tuple of (float, float), optional
-        Part that the user says was at rest, s; None looks for the quietest one.
+        Part given by the user as at rest, s; None searches for the quietest one.
     where : str
         Name of the recording, for messages.
     given_rad_s : array_like, shape (3,), optional
@@ -46,9 +46,9 @@ def remove_static_bias(
     Returns
     -------
     bias_rad_s : ndarray, shape (3,), or None
-        Mean rate at rest, rad/s; None leaves the bias in.
+        Mean rate at rest, rad/s; None does not remove the bias.
     note : str
-        Where it is from, for people.
+        Source of the bias, as text.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def _removed(bias_rad_s: FloatArray, source: str) -> tuple[FloatArray, str]:
 
 
 def check_known_start(time_s: FloatArray, gyroscope_rad_s: FloatArray, where: str) -> None:
-    """Refuse a start that is called known although the recording does not show it.
+    """Refuse a known start that the recording contradicts.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def check_known_start(time_s: FloatArray, gyroscope_rad_s: FloatArray, where: st
 
 
 def _promised(recording: ImuRecording, begin: float, end: float, where: str) -> FloatArray:
-    """Average all of a part: what was said to be still is not searched again."""
+    """Average a whole part: a part given as still is not searched."""
     inside = (recording.time_s >= begin) & (recording.time_s <= end)
     rate = recording.gyroscope_rad_s[inside]
     rate = rate[np.isfinite(rate).all(axis=1)]

@@ -1,4 +1,4 @@
-"""A trained network on disk: weights, how to run it, and where it comes from."""
+"""A trained network on disk: weights, settings for running it, and its history."""
 
 import os
 from dataclasses import asdict, dataclass, field, fields
@@ -23,25 +23,25 @@ from narx.network.structure import NarxStructure
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """All that running a network needs, and its history for people.
+    """Everything needed to run a network, and its history.
 
     Parameters
     ----------
     model : Narx
         Trained network.
     start_up : StartUp
-        How it starts.
+        Start-up of the network.
     axis_scaling : {"training", "own"}
-        How untrained axes are normalised.
+        Normalisation of untrained axes.
     error_std_rad : tuple of three floats, optional
-        Standard deviation of the error per axis, rad; None where it is not known.
+        Standard deviation of the error per axis, rad; None if unknown.
     start_std_rad : tuple of three floats, optional
-        The same during the start-up; None or NaN where it is not known apart.
+        The same during the start-up; None or NaN if not known separately.
     history : dict
         Plain numbers and strings: configuration, training report, stability, environment.
     washout_s : float, optional
-        Time constant with which a lasting deviation from the posture is taken off, s; None
-        leaves it.
+        Time constant with which a lasting deviation from the posture is removed, s; None for no
+        washout.
     tracker : PostureTracker, optional
         Learns posture and bias as it goes, instead of start-up and washout; None for these.
     """
@@ -61,7 +61,8 @@ class Checkpoint:
         Parameters
         ----------
         smoothing : bool
-            Run backwards as well, over whole recordings (`narx.inference.smoothing`).
+            Average a forward and a backward pass, over whole recordings
+            (`narx.inference.smoothing`).
 
         Returns
         -------
@@ -86,7 +87,7 @@ class Checkpoint:
 
     @property
     def sha256(self) -> str:
-        """Hash of everything that the checkpoint holds: 64 hexadecimal digits."""
+        """Hash of the whole content: 64 hexadecimal digits."""
         return digest(_content(self))
 
     def check(self) -> None:
@@ -95,7 +96,7 @@ class Checkpoint:
         Raises
         ------
         UserError
-            If a number is not finite or not of the sign that it must have, or a choice unknown.
+            If a number is not finite or has the wrong sign, or a choice is unknown.
         """
         model = self.model
         _positive("sampling_rate_hz", model.sampling_rate_hz)
@@ -129,7 +130,7 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     checkpoint : Checkpoint
         What to write.
     path : path-like
-        Where to, usually ``*.pt``.
+        Destination, usually ``*.pt``.
 
     Raises
     ------
@@ -147,7 +148,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
     Parameters
     ----------
     path : path-like
-        What `save` wrote, in this version or an earlier one.
+        File written by `save` of this version or an earlier one.
 
     Returns
     -------
@@ -157,7 +158,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
     Raises
     ------
     UserError
-        If the file is not there, is damaged, or holds a network that cannot run.
+        If the file is missing or damaged, or contains a network that cannot run.
     """
     if not Path(path).is_file():
         raise UserError(f"checkpoint: no file '{path}'")
@@ -194,7 +195,7 @@ def _from_content(content: dict[str, Any]) -> Checkpoint:
     if unknown:
         raise ValueError(f"its field '{min(unknown)}' is unknown")
     weights = content.pop("weights")
-    # before the model is made, which may be of any size
+    # checked before the model is created, which may be of any size
     n_weights = NarxStructure(**content["model"]["structure"]).n_weights
     if not isinstance(weights, torch.Tensor) or weights.dtype != torch.float64:
         raise ValueError("its weights are no float64 tensor")
@@ -205,7 +206,7 @@ def _from_content(content: dict[str, Any]) -> Checkpoint:
     model = Narx.from_config(content.pop("model"))
     with torch.no_grad():
         model.weights.copy_(weights)
-    # fields that are missing fail here by name, so that nothing falls back to a default
+    # missing fields fail here by name, so that no default is used
     start_up = content["start_up"]
     absent = [entry.name for entry in fields(StartUp) if entry.name not in start_up]
     if absent:

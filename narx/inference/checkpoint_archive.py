@@ -1,8 +1,8 @@
-"""Plain data in a file of torch's format, read without running or allocating what it asks for.
+"""Plain data in torch's file format, read without running code or large allocations from the file.
 
 ``torch.load(weights_only=True)`` runs no foreign code, but a small file may still make it
-allocate gigabytes: a compressed record, or a call of ``bytearray``. So the archive is looked at
-before torch unpacks it.
+allocate gigabytes: a compressed record, or a call of ``bytearray``. The archive is therefore
+checked before torch unpacks it.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from torch import Tensor
 # a checkpoint takes some ten kilobytes
 MAX_BYTES = 16 * 2**20
 _MAX_ITEMS = 100_000
-# what the pickle of dictionaries, lists, strings, numbers and float64 tensors names
+# names in a pickle of dictionaries, lists, strings, numbers and float64 tensors
 _NAMES = {"torch._utils _rebuild_tensor_v2", "torch DoubleStorage", "collections OrderedDict"}
 
 
@@ -37,7 +37,7 @@ def to_bytes(content: dict[str, Any]) -> bytes:
     bytes
         The same for the same content.
     """
-    # in memory: torch names the inside of a file after its path
+    # in memory, since torch stores the path of a file in its content
     buffer = io.BytesIO()
     torch.save(content, buffer)
     return buffer.getvalue()
@@ -49,7 +49,7 @@ def from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
     Parameters
     ----------
     path : path-like
-        File that holds what `to_bytes` made.
+        File with the output of `to_bytes`.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the file is damaged, too large, or holds anything else.
+        If the file is damaged, too large, or has other content.
     """
     size = Path(path).stat().st_size
     if size > MAX_BYTES:
@@ -68,7 +68,7 @@ def from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
     _check_archive(data)
     try:
         content = torch.load(io.BytesIO(data), weights_only=True)
-    except Exception as error:  # the unpickler fails in any form, and advises to load unsafely
+    except Exception as error:  # the unpickler may raise anything, and advises unsafe loading
         raise ValueError("its pickle is damaged") from error
     if not isinstance(content, dict):
         raise ValueError(f"it holds a {type(content).__name__}, expected a dictionary")
@@ -77,7 +77,7 @@ def from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def digest(content: dict[str, Any]) -> str:
-    """Hash what a content says, however it is packed.
+    """Hash the content, independently of its packing.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def _check_pickle(data: bytes) -> None:
 
 
 def _check_plain(content: dict[str, Any]) -> None:
-    """Refuse objects, and nests that are small in the file and endless when walked through."""
+    """Refuse objects, and nested data that are small in the file but huge when traversed."""
     left, pending = _MAX_ITEMS, [content]
     while pending:
         value: Any = pending.pop()

@@ -1,8 +1,8 @@
-"""Formats of a checkpoint's content: older ones are brought to the present one, step by step.
+"""Formats of a checkpoint's content: older ones are converted to the current one, step by step.
 
-The number changes whenever the same numbers mean something else, or a field is added without
-which a network would run differently, so that an older package refuses a newer file instead of
-running its network in another way.
+The number changes whenever the meaning of a field changes, or a field is added that affects how a
+network runs, so that an older package refuses a newer file instead of running its network
+differently.
 
 ====== =========================================================================================
 format meaning
@@ -34,14 +34,14 @@ def sealed(content: dict[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        For the file.
+        Content of the file.
     """
     numbered = {"format": FORMAT, **content}
     return {**numbered, "sha256": digest(numbered)}
 
 
 def opened(content: dict[str, Any]) -> dict[str, Any]:
-    """Check number and checksum, and bring an older content to the present format.
+    """Check number and checksum, and convert an older content to the current format.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Between a recording's own clock, a uniform one and the network's.
+"""Conversions between a recording's own clock, a uniform one and the network's.
 
 A trained recurrence is tied to its sampling interval. Instead of changing its weights, the
-recording is brought to the network's clock and the angles back to the recording's. Both ways go
-through the integral of the rate, so nothing aliases and no angle is lost in between.
+recording is resampled to the network's clock and the angles back to the recording's. Both
+conversions use the integral of the rate, so there is no aliasing and no rotation is lost.
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ class ClockConversion:
         self.sampling_rate_hz = intervals / duration_s
 
     def to_clock(self, values: FloatArray) -> FloatArray:
-        """Bring samples to the uniform clock.
+        """Resample to the uniform clock.
 
         Parameters
         ----------
@@ -67,24 +67,24 @@ class ClockConversion:
         return resample_vectors(self._time_s, values, self.clock_s, max_gap_s=self._max_gap_s)
 
     def to_samples(self, values: FloatArray, there: BoolArray) -> FloatArray:
-        """Bring values on the uniform clock back to the sampling times.
+        """Resample values on the uniform clock at the sampling times.
 
         Parameters
         ----------
         values : ndarray, shape (M, K)
             At the clock's ticks; NaN where missing.
         there : ndarray of bool, shape (N,)
-            Samples that want a value.
+            Samples to compute.
 
         Returns
         -------
         ndarray, shape (N, K)
-            At the sampling times, by cubic splines; NaN at samples that want none, and at those
-            too far from any other to have one.
+            At the sampling times, by cubic splines; NaN at the other samples, and at those too far
+            from any other.
         """
         clock, interval_s = self.clock_s, 1.0 / self.sampling_rate_hz
         result = np.full((len(self._time_s), values.shape[1]), np.nan)
-        # a column that is missing throughout (an axis nobody knows) makes no gap in the others
+        # a column that is missing throughout (an unobserved axis) is not a gap in the others
         known = np.flatnonzero(np.isfinite(values).any(axis=0))
         complete = np.isfinite(values[:, known]).all(axis=1) & bool(known.size)
         for piece in contiguous_pieces(clock, complete, 1.5 * interval_s):
@@ -101,7 +101,7 @@ class ClockConversion:
 
 
 class RateConversion:
-    """A recording's clock beside the network's.
+    """Conversion between a recording's sampling rate and the network's.
 
     Parameters
     ----------
@@ -127,20 +127,20 @@ class RateConversion:
         self._integral[1:] = cumulative_trapezoid(rates, dx=1.0 / recording_rate_hz, axis=0)
         n_network = int(np.floor(self._time_s[-1] * network_rate_hz + 1e-9)) + 1
         self._network_time_s = np.arange(n_network) / network_rate_hz
-        # beyond the recording's ends the rate stays what it was there
+        # the rate is constant beyond the ends of the recording
         time_s = np.concatenate([[-half_s], self._time_s, [self._time_s[-1] + half_s]])
         integral = np.concatenate(
             [-half_s * rates[:1], self._integral, self._integral[-1:] + half_s * rates[-1:]]
         )
         self._network_integral = _interpolate(self._network_time_s, time_s, integral)
-        # mean rate from half a tick before to half a tick after: nothing that turned is lost, and
-        # the network, which joins samples as by trapezoids, is not fed half a sample late
+        # mean rate from half a tick before to half a tick after: no rotation is lost, and the input
+        # of the network, which acts like the trapezoidal rule, is not half a sample late
         edges_s = (np.arange(n_network + 1, dtype=np.float64) - 0.5) / network_rate_hz
         between = _interpolate(edges_s, time_s, integral)
         self.network_rates_rad_s = np.diff(between, axis=0) * network_rate_hz
 
     def to_recording(self, angles_rad: FloatArray) -> FloatArray:
-        """Bring the network's angles back to the recording's clock.
+        """Convert the network's angles to the recording's clock.
 
         Parameters
         ----------

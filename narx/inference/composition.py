@@ -1,10 +1,9 @@
-"""What any recursion can be composed with: a start-up, a washout, a second pass backwards.
+"""Parts that any recursion can be combined with: a start-up, a washout, a backward pass.
 
-The recursion itself (a network, a leaky integrator, a complementary filter) says how an angle
-follows from rates. Around it stand parts that do not depend on which recursion it is: the start-up
-finds the posture and hands over, the washout takes a lasting deviation off, smoothing runs the
-same recursion backwards and averages. Methods that share these parts can be compared by what is
-left, which is the recursion.
+The recursion itself (a network, a leaky integrator, a complementary filter) computes angles from
+rates. The parts around it do not depend on the recursion: the start-up estimates the posture and
+hands over, the washout removes lasting deviations, smoothing averages a forward and a backward
+pass. Methods that share these parts differ only in the recursion.
 """
 
 from collections.abc import Mapping
@@ -44,12 +43,12 @@ class Startable(Protocol):
     def take_over(
         self, deviation: FloatArray, previous_deviation: FloatArray, rates: FloatArray
     ) -> Any:
-        """Start from what the start-up has followed.
+        """Start from the result of the start-up.
 
         Parameters
         ----------
         deviation, previous_deviation : ndarray, shape (3,)
-            Last two angles about the posture, rad.
+            Last two angles relative to the posture, rad.
         rates : ndarray, shape (3,)
             Last rates that were integrated, rad/s.
 
@@ -74,11 +73,11 @@ class Recursion(Startable, Protocol):
         samples : slice
             Of the recording, with a negative step for backwards.
         backwards : bool
-            Turn the sign of the rates.
+            Reverse the sign of the rates.
         state : object
             From `begin` or `take_over`.
         posture_rad : ndarray, shape (3,)
-            Angle about which the recursion swings, rad.
+            Posture, the zero of the recursion, rad.
 
         Returns
         -------
@@ -92,7 +91,7 @@ class StepRecursion(Startable, Protocol):
     """A recursion one sample at a time."""
 
     def observe(self, axis_rates: FloatArray, specific_force: FloatArray) -> None:
-        """Take the next sample, also while the start-up runs.
+        """Receive the next sample, also during the start-up.
 
         Parameters
         ----------
@@ -102,14 +101,14 @@ class StepRecursion(Startable, Protocol):
         ...
 
     def step(self, state: Any, posture_rad: FloatArray) -> tuple[Any, Any]:
-        """Estimate the sample taken last.
+        """Estimate the angles at the last sample received.
 
         Parameters
         ----------
         state : object
             From `begin`, `take_over` or the step before.
         posture_rad : ndarray, shape (3,)
-            Angle about which the recursion swings, rad.
+            Posture, the zero of the recursion, rad.
 
         Returns
         -------
@@ -122,7 +121,7 @@ class StepRecursion(Startable, Protocol):
 
 
 def start_up_of(given: object, method: str) -> StartUp | None:
-    """Make a start-up of what a configuration gives.
+    """Build a start-up from a configuration value.
 
     Parameters
     ----------
@@ -139,7 +138,7 @@ def start_up_of(given: object, method: str) -> StartUp | None:
     Raises
     ------
     UserError
-        If it is none of these.
+        If the value is not one of these.
     """
     if given is None or given is False:
         return None
@@ -168,12 +167,13 @@ class Composition:
     Parameters
     ----------
     start_up : StartUp, optional
-        Finds the posture before the recursion takes over; None starts the recursion at once.
+        Estimates the posture before the recursion takes over; None starts the recursion
+        immediately.
     washout_s : float, optional
-        Time constant with which a lasting deviation from the posture is taken off, s; None
-        leaves it.
+        Time constant with which a lasting deviation from the posture is removed, s; None for no
+        washout.
     smoothing : bool
-        Run backwards as well and average: whole recordings only.
+        Average a forward and a backward pass: whole recordings only.
 
     Raises
     ------
@@ -231,7 +231,7 @@ class Composition:
         angles = np.concatenate([first, wash_out(rest, posture, gain, np.zeros(3))])
         if not self.smoothing or not len(rest):
             return angles
-        # the same kinematics with time turned round
+        # the same kinematics with time reversed
         state = recursion.take_over(
             *turned_round(recursion.coupled, rates[-1], angles[-1], posture, interval_s)
         )
@@ -244,7 +244,7 @@ class Composition:
         return share * angles + (1.0 - share) * back
 
     def refuse_stream(self, method: str) -> None:
-        """Refuse to run sample by sample where the whole recording is needed.
+        """Refuse to run sample by sample if the whole recording is needed.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What a recording lacks for good angles: refused where it cannot be right, else noted."""
+"""Problems of a recording: refused if it cannot be right, otherwise noted."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def check_consistency(
     is_leg: bool,
     where: str,
 ) -> list[str]:
-    """Hold the gyroscope against the accelerometer.
+    """Compare the gyroscope with the accelerometer.
 
     Parameters
     ----------
@@ -27,14 +27,14 @@ def check_consistency(
     sampling_rate_hz : float
         Samples per second.
     is_leg : bool
-        Whether it is a thigh or shank; what is not may be moved about without turning.
+        Whether it is a thigh or shank; other segments may be translated without rotation.
     where : str
         Name of the recording, for messages.
 
     Returns
     -------
     list of str
-        A note on what is no leg; empty where the two agree.
+        A note for segments other than the leg; empty if the two agree.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def check_consistency(
 
 
 def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
-    """Tell what is missing.
+    """Describe the gaps.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     Returns
     -------
     list of str
-        A note on short gaps, and one on long ones, where there are any.
+        A note on short gaps, and one on long ones, if any.
     """
     there = np.isfinite(recording.gyroscope_rad_s).all(axis=1)
     time = recording.time_s[there]
@@ -86,7 +86,7 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
 
 
 def start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
-    """Tell whether the network ever took over from the start-up.
+    """Report if the network never took over from the start-up.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
     Returns
     -------
     list of str
-        A note where all samples are the start-up's; else empty.
+        A note if all samples belong to the start-up; else empty.
     """
     there = np.isfinite(signals.axis_rates_rad_s).all(axis=1)
     if not there.any() or not method.starting(signals)[there].all():

@@ -27,20 +27,20 @@ class NarxMethod(OrientationMethod):
     model : Narx
         Trained network.
     start_up : StartUp
-        How the first half minute finds the posture; ``duration_s=0`` starts from zero.
+        Start-up that estimates the posture; ``duration_s=0`` starts from zero.
     axis_scaling : {"training", "own"}
-        How axes are normalised on which the network was not trained, which Tham et al. leave
-        open: with the scale of training, or each with its own gyroscope's amplitude (root mean
+        Normalisation of axes on which the network was not trained, which Tham et al. do not
+        specify: with the scale of training, or each with its own gyroscope's amplitude (root mean
         square over the recording, so not sample by sample).
     error_std_rad : ndarray, shape (3,), optional
-        Standard deviation of the error per axis, from training; None where it is not known.
+        Standard deviation of the error per axis, from training; None if unknown.
     start_std_rad : ndarray, shape (3,), optional
-        The same during the start-up; None or NaN where it is not known apart.
+        The same during the start-up; None or NaN if not known separately.
     washout_s : float, optional
-        Time constant with which a lasting deviation from the posture is taken off
-        (`narx.inference.washout`), s; None leaves it.
+        Time constant with which a lasting deviation from the posture is removed
+        (`narx.inference.washout`), s; None for no washout.
     smoothing : bool
-        Run backwards as well and average (`narx.inference.smoothing`): smaller errors, whole
+        Average a forward and a backward pass (`narx.inference.smoothing`): smaller errors, whole
         recordings only.
 
     Raises
@@ -77,7 +77,7 @@ class NarxMethod(OrientationMethod):
 
     @property
     def causal(self) -> bool:
-        """Whether an angle depends on nothing that comes later."""
+        """Whether angles depend only on past samples."""
         return not self.smoothing and self.axis_scaling == "training"
 
     def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
@@ -91,8 +91,8 @@ class NarxMethod(OrientationMethod):
         Returns
         -------
         ndarray, shape (N, 3), or None
-            rad; NaN where a sample is missing. None if the network came without, and with
-            smoothing: it was measured on one pass and is too large for two.
+            rad; NaN where a sample is missing. None if the network has none, and with smoothing: it
+            was measured on a single pass and is too large for two.
         """
         stds = self.stds_rad()
         if stds is None:
@@ -117,7 +117,7 @@ class NarxMethod(OrientationMethod):
 
     @property
     def takes_over(self) -> str:
-        """When the network takes over from the start-up, for people."""
+        """When the network takes over from the start-up, as text."""
         return f"after {self.start_up.duration_s:g} s of movement"
 
     def with_doubtful_bias(self) -> "NarxMethod":
@@ -131,7 +131,7 @@ class NarxMethod(OrientationMethod):
         return self
 
     def starting(self, signals: SegmentSignals) -> BoolArray:
-        """Tell which samples belong to the start-up.
+        """Return which samples belong to the start-up.
 
         Parameters
         ----------
@@ -221,14 +221,14 @@ class NarxMethod(OrientationMethod):
 
 
 class _WholeRecording:
-    """The network on one recording, its axes scaled by what the recording holds."""
+    """The network on one recording, its axes scaled to the recording."""
 
     def __init__(self, model: Narx, axis_scaling: AxisScaling, rates_rad_s: FloatArray) -> None:
         self.coupled = model.coupled
         self._model, self._rates = model, rates_rad_s
         self._relative: torch.Tensor | None = None
         if axis_scaling == "own":
-            # an axis that hardly moves must not be blown up into noise
+            # an axis with hardly any movement must not be amplified to noise
             rms = np.maximum(np.sqrt(np.mean(rates_rad_s**2, axis=0)), 1e-3)
             self._relative = torch.from_numpy(rms / model.normalisation.rate_rms_rad_s)
 

@@ -1,4 +1,4 @@
-"""From a user's own recording to three angles, with a trained network."""
+"""Angles of a user's recording by a trained network."""
 
 import os
 import warnings
@@ -30,7 +30,7 @@ StartPose = Literal["known", "unknown"]
 
 # a few lost samples are interpolated across, a lost part of a stride is not
 MAX_GAP_S = 0.1
-# rate, bias and frame are noted for every recording, anything after them is out of the ordinary
+# rate, bias and frame are noted for every recording; further notes are exceptions
 _USUAL_NOTES = 3
 # enough for the direction of gravity
 _MIN_STANDING_S = 0.5
@@ -48,11 +48,11 @@ class Prediction:
         Sagittal (flexion +), frontal (abduction +) and transverse (internal rotation +) angle,
         rad; NaN where the recording is missing.
     std_rad : ndarray, shape (N, 3), or None
-        Standard deviation of the error that training expects, rad; None where it is not known.
+        Standard deviation of the error expected from training, rad; None if unknown.
     bias_rad_s : ndarray, shape (3,), or None
         Static bias that was removed, in the sensor frame, rad/s; None if none was.
     notes : tuple of str
-        What was done to the recording, for people.
+        Processing applied to the recording, as text.
     """
 
     time_s: FloatArray
@@ -84,10 +84,10 @@ def predict(
         Trained network.
     frame : {"auto", "anatomical", "walking", "sensor"}
         ``anatomical``: the sensor's axes are the segment's, x forward, y to the left, z up.
-        ``walking``: the sensor sits anyhow on a thigh or shank; up comes from the accelerometer,
-        forward from the swing of the leg, so there must be some steps
-        (`narx.calibration.calibrate`). ``sensor``: the sensor's axes, turned the shortest way so
-        that z is up at the start. ``auto``: walking where there is an accelerometer, else
+        ``walking``: arbitrary orientation of the sensor on a thigh or shank; up comes from the
+        accelerometer, forward from the swing of the leg, so there must be some steps
+        (`narx.calibration.calibrate`). ``sensor``: the sensor's axes, with the smallest rotation
+        that brings z up at the start. ``auto``: walking if there is an accelerometer, else
         anatomical.
     side : {"right", "left"}
         Leg; decides the signs of abduction and internal rotation.
@@ -118,11 +118,11 @@ def predict(
 
     Notes
     -----
-    The recording first passes the door (`narx.recordings.plausibility`): stamps become sampling
-    times, faults become missing samples, and what cannot be the motion of a leg is refused. It is
-    then brought to a uniform clock at its own median rate and the angles back to its sampling
-    times, both by cubic splines. Gaps of up to 100 ms are interpolated across; in longer ones the
-    network pauses, and the angles go on from where they were.
+    The recording is first checked (`narx.recordings.plausibility`): stamps become sampling times,
+    faults become missing samples, and implausible leg motion is refused. It is then resampled to a
+    uniform clock at its own median rate and the angles back to its sampling times, both by cubic
+    splines. Gaps of up to 100 ms are interpolated across; in longer ones the network pauses, and
+    the angles continue from their last values.
     """
     _check("frame", frame, Frame)
     _check("side", side, Side)
@@ -176,7 +176,7 @@ def predict(
     there: BoolArray = np.asarray(np.isfinite(recording.gyroscope_rad_s).all(axis=1))
     std = method.standard_deviation(signals)
     if std is not None:
-        # a spline swings beyond a step, such as that at the end of the start-up
+        # a spline overshoots at a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)
     more += start_up_note(method, signals)
@@ -202,7 +202,7 @@ def angles_from_gyroscope(
     smoothing: bool = False,
     checkpoint: str | os.PathLike[str] | None = None,
 ) -> FloatArray:
-    """Turn a gyroscope's samples into the three angles of the segment that it sits on.
+    """Convert a gyroscope's samples to the three angles of the segment that carries it.
 
     Parameters
     ----------
@@ -211,12 +211,11 @@ def angles_from_gyroscope(
     sampling_rate_hz : float
         Samples per second; need not be the network's.
     accelerometer_m_s2 : array_like, shape (N, 3), optional
-        Specific force x, y, z in m/s^2. Used for nothing but to find the segment's axes in the
-        sensor, so that the sensor may sit anyhow. Without it the gyroscope's axes must be the
-        segment's: x forward, y to the left, z up along it.
+        Specific force x, y, z in m/s^2. Used only to find the segment's axes in the sensor, which
+        allows an arbitrary orientation. Without it the gyroscope's axes must be the segment's: x
+        forward, y to the left, z up along it.
     frame : {"auto", "anatomical", "walking", "sensor"}
-        How the axes are found, see `predict`; by default from walking where there is an
-        accelerometer.
+        How the axes are found, see `predict`; by default from walking if there is an accelerometer.
     side : {"right", "left"}
         Leg; decides the signs of abduction and internal rotation.
     start_pose : {"known", "unknown"}
@@ -225,11 +224,11 @@ def angles_from_gyroscope(
     remove_bias : bool
         Whether the gyroscope's static bias is removed; False if it already is.
     still_s : tuple of (float, float), optional
-        Part in which the sensor was at rest, s from the first sample, to take the bias from; by
-        default it is looked for, and a warning says so where there is none.
+        Part in which the sensor was at rest, s from the first sample, for the bias; by default it
+        is detected, with a warning if there is none.
     smoothing : bool
-        Run backwards over the recording as well: smaller errors (docs/generalisation.md), and
-        every angle then depends on what comes later.
+        Average a forward and a backward pass: smaller errors (docs/generalisation.md), but every
+        angle then depends on later samples.
     checkpoint : path-like, optional
         Network from `narx.inference.checkpoint.save`; the shipped one by default.
 

@@ -1,4 +1,4 @@
-"""The network that comes with the package, for recordings one cannot or need not train on."""
+"""The network included in the package, for use without training."""
 
 import os
 from importlib import resources
@@ -12,8 +12,7 @@ def pretrained() -> Checkpoint:
     Returns
     -------
     Checkpoint
-        The default network; ``docs/model_card.md`` says what it was trained on and how well it
-        does.
+        The default network; ``docs/model_card.md`` describes its training data and accuracy.
     """
     with resources.as_file(resources.files("narx.inference") / "shipped.pt") as path:
         return load(path)

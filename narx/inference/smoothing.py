@@ -1,23 +1,23 @@
-"""A second pass from the end to the start, for recordings that are there as a whole.
+"""A backward pass, for whole recordings.
 
-A recurrence that leaks knows the past alone. Its output is the rate's leaky integral: what the
-rate was wrong by stays in for some seconds, and slow movement leaks away. Backwards in time, over
-the rates with their sign turned, the same recurrence obeys the same kinematics and errs by the
-future instead. With 1 / (s + l) forwards and -1 / (l - s) backwards, the mean of both is
+A recurrence with a leak uses past samples only. Its output is the leaky integral of the rate: rate
+errors persist for some seconds, and slow movement leaks away. Backwards in time, on rates of
+reversed sign, the same recurrence obeys the same kinematics, with errors from the future instead.
+With 1 / (s + l) forwards and -1 / (l - s) backwards, the mean of both is
 
     -s / (l^2 - s^2),   at a frequency of w a gain of   w / (l^2 + w^2)   without any lag.
 
-Compared with one pass, the share of the movement that is lost falls from l / sqrt(l^2 + w^2) to
-its square; what an error of the rate leaves falls by w / sqrt(l^2 + w^2), and a constant error
-leaves nothing. For an angle that wanders about a mean (Ornstein and Uhlenbeck) and a rate with
-white noise this is the Wiener smoother; to average two filters of equal variance is how
-Fraser and Potter (IEEE Trans. Automat. Contr. 14 (1969) 387-390) write the smoother of Rauch, Tung
-and Striebel (AIAA J. 3 (1965) 1445-1450).
+Compared with one pass, the fraction of the movement that is lost falls from l / sqrt(l^2 + w^2) to
+its square; the effect of a rate error falls by w / sqrt(l^2 + w^2), and that of a constant error
+vanishes. For an angle that fluctuates about a mean (Ornstein and Uhlenbeck) and a rate with white
+noise this is the Wiener smoother; averaging two filters of equal variance is the form of Fraser and
+Potter (IEEE Trans. Automat. Contr. 14 (1969) 387-390) of the smoother of Rauch, Tung and
+Striebel (AIAA J. 3 (1965) 1445-1450).
 
-Only near the start are the two not worth the same. A known start pose is better than anything
-that comes from behind, an unknown one worse; from the hand-over on both differences fade. At the
-end the backward pass sets out from where the forward one arrived, as that of Rauch, Tung and
-Striebel does, so nothing has to be known there.
+Only near the start do the two passes differ in accuracy. A known start pose is better than the
+backward pass, an unknown one worse; after the hand-over both differences fade. At the end the
+backward pass starts from the final state of the forward one, as in Rauch, Tung and Striebel, so no
+end pose is needed.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ def turned_round(
     posture_rad: FloatArray,
     interval_s: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Say what a recursion has followed that arrives at a sample from the future.
+    """Return the start of a backward recursion at a sample.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def turned_round(
     angles_rad : ndarray, shape (3,)
         Angles there.
     posture_rad : ndarray, shape (3,)
-        Angle about which the recursion swings, rad.
+        Posture, the zero of the recursion, rad.
     interval_s : float
         Sampling interval, s.
 
@@ -72,14 +72,14 @@ def forward_share(n_samples: int, n_start_up: int, n_settling: int, known: bool)
     n_start_up : int
         Samples before the network took over.
     n_settling : int
-        Samples in which what is known of the start fades.
+        Samples in which the effect of the start fades.
     known : bool
         Whether the start pose is known.
 
     Returns
     -------
     ndarray, shape (N, 1)
-        One half but near the start. With a known pose: one until the hand-over, then falling to
+        One half except near the start. With a known pose: one until the hand-over, then falling to
         one half. With an unknown one: rising from zero at the first sample to one half at the
         hand-over.
     """

@@ -1,16 +1,16 @@
-"""The first seconds: find the posture about which the network then works.
+"""The start-up: estimates the posture, the network's zero, in the first seconds.
 
-A gyroscope does not know where zero is, and a network that leaks towards zero forgets the mean
-angle of a walk (a knee is bent by some 20 degrees on average). What is known at the start decides:
+A gyroscope has no absolute angle, and a network with a leak towards zero forgets the mean angle of
+a walk (a knee is flexed by some 20 degrees on average). There are two cases:
 
 - The start pose is known (standing in the calibration posture). The rates are integrated, which
-  for a dozen seconds drifts little; the mean angle of early strides becomes the posture. From
-  then on the network works on the deviation from it.
-- The start pose is unknown. The integral leaks towards zero, strongly at first and less and less
-  (the gain of a growing memory), and the posture is zero.
+  for a dozen seconds drifts little; the mean angle of early strides becomes the posture. From then
+  on the network computes the deviation from it.
+- The start pose is unknown. The integral leaks towards zero, strongly at first and then ever less
+(the gain of a growing memory), and the posture is zero.
 
-Only movement counts: somebody who stands at first is waited for. At the hand-over the angle is the
-sum of posture and deviation in both cases, so nothing jumps.
+Only time in movement counts, so standing at the beginning extends the start-up. At the hand-over
+the angle is the sum of posture and deviation in both cases, so there is no jump.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from narx.kernels.start_up import KNOWN, MOVING_S, STATE_SIZE, run_start_up, spl
 from narx.settings import PositiveSeconds, Seconds, check_fields
 from narx.types import FloatArray
 
-# where in the state lies what
+# layout of the state
 ANGLES, RATES, POSTURE = slice(0, 3), slice(3, 6), slice(6, 9)
 
 
@@ -34,13 +34,13 @@ class StartUp:
     Parameters
     ----------
     duration_s : float
-        Movement before the network takes over, s; 0 starts the network at once from zero.
+        Movement before the network takes over, s; 0 starts the network immediately from zero.
     averaging_s : float
-        Its part over which the posture is averaged with a Hann window, so that no part of a
-        stride counts more than another, s.
+        Part of it over which the posture is averaged with a Hann window, so that all parts of a
+        stride have equal weight, s.
     averaging_begin_s : float
-        Movement before that part, s; less where it would not end before the start-up does. Early,
-        because what is left of the bias is integrated; not the first steps, which are not steady.
+        Movement before that part, s; reduced if it would not end before the start-up does. Early,
+        because the remaining bias is integrated; not the first steps, which are not steady.
     leak_rad_s : float
         Leak of an unknown start, rad/s.
     settling_gain : float
@@ -90,7 +90,7 @@ class StartUp:
         return state
 
     def is_over(self, state: FloatArray) -> bool:
-        """Tell whether the network takes over at the next sample.
+        """Return whether the network takes over at the next sample.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class StartUp:
         Returns
         -------
         ndarray, shape (n, 3)
-            Angles in rad of the n <= N samples that the start-up took.
+            Angles in rad of the n <= N samples used by the start-up.
         """
         rates = np.ascontiguousarray(axis_rates_rad_s, dtype=np.float64)
         angles = np.empty_like(rates)
@@ -162,7 +162,7 @@ class StartUp:
         Returns
         -------
         posture, deviation, previous_deviation, rates : ndarray, shape (3,)
-            Angle about which the network swings, its last two outputs and its last input, in
+            Posture of the network, its last two outputs and its last input, in
             rad and rad/s.
         """
         posture, deviation, earlier = np.empty((3, 3))

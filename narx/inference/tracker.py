@@ -1,30 +1,30 @@
-"""What the network cannot know by itself: the posture, the bias, and how sure the angle is.
+"""Tracking of posture, bias and uncertainty, which the network cannot estimate.
 
-A gyroscope does not know where zero is. What it can know comes from the leg: a leg that walks
-comes back, so the mean angle of a swing is the posture's, and its mean rate is zero. A small
-Kalman filter (Kalman, J. Basic Eng. 82, 1960) makes use of both::
+A gyroscope has no absolute angle. The walking leg provides one: it returns, so the mean angle of a
+swing is that of the posture, and its mean rate is zero. A small Kalman filter (Kalman, J. Basic
+Eng. 82, 1960) makes use of both::
 
     angle' = rate(gyroscope - bias, angle) + noise        carried by the network while a leg walks
     centre' = -centre / posture_time + noise              about which the angle swings
     bias' = noise
     mean angle over a swing = centre + lean * mean turn rate + noise
 
-The last line is a measurement that is made once a swing, so that nothing of the swing itself is
-taken for drift. `lean` is what a body leans into a turn, frontal angle per turn rate: its speed
-over the acceleration of gravity. Where somebody turns, an error of the tilt moves from plane to
-plane and the posture does not, which tells the two apart; this is the only way in which the
-covariance couples the planes, since smaller movements would feed it more systematic errors than
-knowledge.
+The last line is a measurement once per swing, so that the swing itself is not mistaken for drift.
+`lean` is the lean of the body into a turn, frontal angle per turn rate: speed divided by the
+acceleration of gravity. In a turn, an error of the tilt moves from plane to plane and the posture
+does not, which tells the two apart; this is the only way in which the covariance couples the
+planes, since smaller movements would add more systematic error than information.
 
-What is no gait is told by the swing: one that does not come back, or lasts much longer or shorter
-than the one before, counts less (`return_sd_deg`, `period_share`). Two that agree on a posture
-far from what is expected open it again. Without a swing for `idle_s` nothing is pulled anywhere:
-the rates are integrated, and the standard deviation grows. At rest the mean rate is the bias.
+Movement other than gait is recognised by the swing: one that does not return, or lasts much longer
+or shorter than the previous one, has less weight (`return_sd_deg`, `period_share`). Two that agree
+on a posture far from the expected one reset its uncertainty. Without a swing for `idle_s` there is
+no correction: the rates are integrated, and the standard deviation grows. At rest the mean rate is
+the bias.
 
 With an accelerometer (`aided`) the specific force, turned level, is integrated to a velocity,
-which for somebody who walks is bounded: forward about `speed_m_s`, sideways about zero. A wrong
-tilt lets it run away, and is corrected by that. How far
-the accelerometer is believed is learnt as two numbers, `forward_sd_m_s` and `sideways_sd_m_s`.
+which is bounded in walking: forward about `speed_m_s`, sideways about zero. A wrong tilt makes it
+diverge, which gives the correction. Two parameters, `forward_sd_m_s` and `sideways_sd_m_s`, set the
+weight of the accelerometer.
 """
 
 import copy
@@ -41,7 +41,7 @@ from narx.types import BoolArray, FloatArray
 
 # time constant of the turn rate: shorter than a turn, longer than the leg's own rotation
 _TURN_TIME_S = 0.5
-# slower than this (23 deg/s) is no turn
+# slower than this (23 deg/s) is not a turn
 _TURN_LEAST_RAD_S = 0.4
 # of the swing, and of how long a large one raises what the next must reach a share of
 _SWING_TIME_S, _SPAN_TIME_S, _SPAN_SHARE = 0.2, 0.6, 0.2
@@ -60,23 +60,23 @@ class PostureTracker:
     Parameters
     ----------
     angle_noise_deg : float
-        What an angle becomes uncertain by in a second, deg / sqrt(s).
+        Growth of the angle's uncertainty in one second, deg / sqrt(s).
     rate_noise : float
         The same as a share of the rate (scale and alignment of the gyroscope), 1 / sqrt(s).
     start_sd_deg : float
         Standard deviation of the angle at an unknown start.
     known_start_sd_deg : float
-        The same where the start pose is known.
+        The same if the start pose is known.
     posture_sd_deg : float
-        Standard deviation of the posture about zero where the start is unknown.
+        Standard deviation of the posture about zero if the start is unknown.
     posture_time_s : float
-        How long a posture lasts there, s.
+        Time constant of the posture in that case, s.
     known_posture_sd_deg : float
-        Standard deviation of the posture where the start pose is known; it then stays as learnt.
+        Standard deviation of the posture if the start pose is known; it is then constant.
     bias_sd_deg_s : float
-        Standard deviation of what is left of the gyroscope's bias.
+        Standard deviation of the remaining gyroscope bias.
     bias_noise_deg_s : float
-        How it wanders, deg/s / sqrt(s).
+        Drift of the bias, deg/s / sqrt(s).
     lean_deg_s, lean_sd_deg_s : float
         Lean into a turn, degrees per rad/s, and its standard deviation among people.
     swing_sd_deg : tuple of three floats
@@ -87,21 +87,21 @@ class PostureTracker:
     period_share : float
         Beyond this share the duration of a swing is not that of the one before.
     swing_least_deg : float
-        Smaller swings are none.
+        Smaller swings are ignored.
     idle_s : float
-        Without a swing for longer the leg does not walk, s.
+        Time without a swing after which the leg is not walking, s.
     known_enough_deg : float
-        The network carries the angle once the posture's standard deviation is below this.
+        The network propagates the angle once the posture's standard deviation is below this.
     forward_sd_m_s, sideways_sd_m_s : float
         Standard deviation of the velocity's mean over a second, m/s; aided only, as what follows.
     speed_m_s : float
         Mean velocity forward.
     velocity_noise_m_s : float
-        What the velocity becomes uncertain by in a second, m/s / sqrt(s).
+        Growth of the velocity's uncertainty in one second, m/s / sqrt(s).
     aided : bool
         Whether the accelerometer is used.
     std_scale : tuple of three floats
-        Factor on the standard deviations that are handed out, from training.
+        Factor on the returned standard deviations, from training.
 
     Raises
     ------
@@ -154,7 +154,7 @@ class PostureTracker:
                 object.__setattr__(self, field.name, values)
 
     def numbers(self, model: Narx) -> FloatArray:
-        """Return the parameters as the compiled recurrence takes them.
+        """Return the parameters for the compiled recurrence.
 
         Parameters
         ----------
@@ -233,7 +233,7 @@ def leak_rad_s(model: Narx) -> float:
 
 
 class Tracked(NamedTuple):
-    """What a tracker says of samples, one after another; NaN where one is missing.
+    """Output of a tracker for successive samples; NaN where one is missing.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ class Tracked(NamedTuple):
     by_network: BoolArray
 
     def reversed(self) -> "Tracked":
-        """Return the same with time turned round.
+        """Return the same with time reversed.
 
         Returns
         -------
@@ -261,7 +261,7 @@ class Tracked(NamedTuple):
 
 
 class Tracking:
-    """A tracker under way: its state, advanced by as many samples at a time as there are.
+    """A running tracker: its state, advanced by any number of samples at a time.
 
     Parameters
     ----------
@@ -343,12 +343,12 @@ class Tracking:
         return Tracked(angles, np.sqrt(np.maximum(variances, 0.0)), by_network)
 
     def turned_round(self) -> "Tracking":
-        """Return a tracker that sets out backwards in time from where this one has arrived.
+        """Return a tracker that runs backwards in time from the current state.
 
         Returns
         -------
         Tracking
-            Rates, and so bias, lean and velocity, have the other sign; angles stay.
+            Rates, and so bias, lean and velocity, have the opposite sign; angles are unchanged.
         """
         back = copy.copy(self)
         sign = np.ones(len(self.x))

@@ -1,16 +1,16 @@
-"""A slow mean taken off the network's output, so that a bias that wanders leaves nothing for long.
+"""A slow mean subtracted from the network's output, which removes the effect of a drifting bias.
 
 A gyroscope's bias changes by hundredths of a degree per second within an hour, and a leak turns
-that into tenths of a degree. A walk has no such slow part of its own: the angle swings about the
-posture that the start-up found. So what the network says beyond the posture is averaged with a
-time constant of minutes, and that mean is taken off::
+that into tenths of a degree. Walking has no such slow component: the angle swings about the posture
+from the start-up. The deviation of the network's output from the posture is therefore averaged with
+a time constant of minutes, and that mean is subtracted::
 
     m_k = m_{k-1} + g (d_k - m_{k-1}),  g = interval / (washout + interval)
     angle_k = posture + d_k - m_k
 
 with d the deviation from the posture, backward Euler of a high-pass of the first order. The mean
-is zero when the network takes over, so nothing jumps; a constant rate has no lasting effect; what
-the network feeds back to itself, and the tilt by which it couples the axes, stay as they are.
+is zero when the network takes over, so there is no jump; a constant rate has no lasting effect; the
+feedback of the network, and the tilt that couples the axes, are unchanged.
 """
 
 import numpy as np
@@ -19,12 +19,12 @@ from scipy.signal import lfilter
 from narx.errors import UserError
 from narx.types import FloatArray
 
-# long against anything that a walk does (a turn, a slope, a rest), short against an hour
+# long compared with events of a walk (a turn, a slope, a rest), short compared with an hour
 WASHOUT_S = 300.0
 
 
 def washout_gain(washout_s: float | None, interval_s: float) -> float:
-    """Share of a sample in the slow mean.
+    """Weight of a sample in the slow mean.
 
     Parameters
     ----------
@@ -53,18 +53,18 @@ def washout_gain(washout_s: float | None, interval_s: float) -> float:
 def wash_out(
     angles_rad: FloatArray, posture_rad: FloatArray, gain: float, mean_rad: FloatArray
 ) -> FloatArray:
-    """Take the slow mean off.
+    """Subtract the slow mean.
 
     Parameters
     ----------
     angles_rad : ndarray, shape (N, 3)
         Output of the network, no NaN.
     posture_rad : ndarray, shape (3,)
-        Angle about which it swings.
+        Posture.
     gain : float
         From `washout_gain`.
     mean_rad : ndarray, shape (3,)
-        Mean deviation after the sample before, zero at first; changed in place.
+        Mean deviation after the previous sample, initially zero; changed in place.
 
     Returns
     -------
