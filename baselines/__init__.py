@@ -1,4 +1,4 @@
-"""Orientation methods to compare a network with, one a file, behind one interface."""
+"""Orientation methods to compare a network with, one per file, with a common interface."""
 
 from narx.baselines.complementary_filter import ComplementaryFilter
 from narx.baselines.constant import Constant

@@ -1,4 +1,4 @@
-"""What Madgwick's and Mahony's filters share: a quaternion that goes on from sample to sample."""
+"""Common base of Madgwick's and Mahony's filters: a quaternion updated sample by sample."""
 
 from typing import Any, ClassVar
 
@@ -21,13 +21,13 @@ class AhrsFilter(OrientationFilter):
     Parameters
     ----------
     gains : float or tuple of float
-        As the kernel takes them.
+        Gains of the kernel.
     **heading : Any
         As in `narx.baselines.orientation_filter.OrientationFilter`.
 
     Notes
     -----
-    Starts from the initial angles where they are known, otherwise from the tilt of the first
+    Starts from the initial angles if known, otherwise from the tilt of the first
     accelerometer sample, and as the library `ahrs` estimates nothing at that sample.
     """
 

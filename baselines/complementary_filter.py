@@ -23,13 +23,13 @@ class ComplementaryFilter(RecursiveMethod):
     Parameters
     ----------
     crossover_hz : float
-        Frequency at which both sensors weigh the same, Hz.
+        Frequency at which both sensors have equal weight, Hz.
     rule : {"trapezoid", "rectangle"}
-        How the rate goes between two samples: straight from one to the next, or the later value
-        all the way (Abhayasinghe et al., eq. (3), as printed; it runs half a sample ahead).
+        Rate between two samples: linear, or constant at the later value (Abhayasinghe et al., eq.
+        (3), as printed; it is half a sample ahead).
     axes : sequence of str
-        ``sagittal``, ``frontal`` or both. What is left out, and the transverse axis, which
-        gravity does not show, is NaN.
+        ``sagittal``, ``frontal`` or both. The others are NaN, as is the transverse axis, which is
+        not observable from gravity.
     coupled, start_up, washout_s, smoothing
         As in `narx.baselines.recursive.RecursiveMethod`.
     heading, heading_leak_rad_s
@@ -41,9 +41,8 @@ class ComplementaryFilter(RecursiveMethod):
     from the accelerometer, the rate ``N`` and ``wc = 2 pi crossover_hz``. Discretised with
     ``alpha = 1 / (1 + wc Ts)`` this is Abhayasinghe et al., eq. (3):
     ``p_k = alpha (p_{k-1} + v_k Ts) + (1 - alpha) a_k``, so both papers' filters are this one.
-    The difference between accelerometer and prediction is taken along the shorter way round, so
-    that an accelerometer angle that jumps from +180 to -180 degrees does not pull the estimate
-    through zero.
+    The difference between accelerometer and prediction is wrapped to half a turn, so that a jump of
+    the accelerometer angle from +180 to -180 degrees does not affect the estimate.
     """
 
     name = "complementary_filter"
@@ -76,7 +75,7 @@ class ComplementaryFilter(RecursiveMethod):
         rule: str = "rectangle",
         axes: Sequence[str] = ("sagittal", "frontal"),
     ) -> "ComplementaryFilter":
-        """Make the filter of Abhayasinghe et al., eq. (3), from its coefficient.
+        """Create the filter of Abhayasinghe et al., eq. (3), from its coefficient.
 
         Parameters
         ----------

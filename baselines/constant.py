@@ -1,4 +1,4 @@
-"""A constant: the posture that the start-up finds, and no movement at all."""
+"""A constant angle: the posture estimated by the start-up."""
 
 import numpy as np
 
@@ -11,18 +11,18 @@ from narx.types import FloatArray
 
 
 class Constant(OrientationMethod):
-    """Say that the segment stays in its mean posture of the first steps.
+    """Return the mean posture of the first steps throughout.
 
     Parameters
     ----------
     start_up : StartUp, mapping, bool, optional
-        Finds the posture (`narx.inference.start_up`); True takes the default one.
+        Estimates the posture (`narx.inference.start_up`); True uses the default one.
 
     Notes
     -----
-    What a start-up is worth without anything behind it. Where the start is unknown, or the
-    recording ends before the posture is found, it is zero. The posture is given from the first
-    sample on, before it can be known, so it does not run sample by sample.
+    Shows the accuracy of a start-up alone. If the start is unknown, or the recording ends before
+    the posture is estimated, it is zero. The posture is returned from the first sample on, before
+    it is known, so the method does not run sample by sample.
     """
 
     name = "constant"

@@ -1,4 +1,4 @@
-"""Gyro integration-based orientation filter: integrate, and take gravity when it is alone."""
+"""Gyro integration-based orientation filter: integrate, and use gravity when it acts alone."""
 
 from collections.abc import Sequence
 from copy import copy
@@ -32,7 +32,7 @@ _PAPERS_OFFSET_WINDOW_S = 1.5  # 150 samples at 100 Hz
 
 
 class Giof(RecursiveMethod):
-    """Integrate the gyroscope; where the accelerometer reads gravity alone, believe it instead.
+    """Integrate the gyroscope; use the accelerometer instead when it measures gravity alone.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ class Giof(RecursiveMethod):
     rate_threshold_deg_s : float
         Gamma_3: the angular rate below which the segment counts as at rest, deg/s.
     rest_s : float
-        Time for which both conditions must have held before the accelerometer is believed, s.
-        0 is the paper's: one sample is enough.
+        Time for which both conditions must hold before the accelerometer is used, s. 0 as in the
+        paper: one sample is enough.
     noise_window_s : float
         Offline: window of the moving average against noise, s (10 samples at 100 Hz).
     offset_window_s : float, optional
@@ -68,14 +68,13 @@ class Giof(RecursiveMethod):
     Notes
     -----
     Abhayasinghe et al., eqs. (1), (2) and Fig. 6; neither eta nor gamma_3 is printed, so the
-    defaults are what standing quietly with a consumer IMU asks for. Eq. (2) is printed as
-    ``rate < gamma_3``, which any backward swing fulfils; the absolute value is meant. `rest_s` is
-    an addition: at the end of a swing the rate goes through zero while the thigh accelerates
-    hard, and whether a single sample falls into that moment is a matter of the sampling rate.
-    With two axes both rates must be below the threshold, because the accelerometer reads gravity
-    alone only when the segment turns about neither. A window of an even number of samples is
-    centred by giving its two end samples half a weight, which is also what makes it a time and
-    not a number of samples.
+    defaults suit quiet standing with a consumer IMU. Eq. (2) is printed as ``rate < gamma_3``,
+    which any backward swing fulfils; the absolute value is meant. `rest_s` is an addition: at the
+    end of a swing the rate goes through zero while the thigh accelerates hard, and whether a single
+    sample falls into that moment is a matter of the sampling rate. With two axes both rates must be
+    below the threshold, because the accelerometer reads gravity alone only when the segment turns
+    about neither. A window of an even number of samples is centred by giving its two end samples
+    half a weight, which is also what makes it a time and not a number of samples.
     """
 
     name = "giof"
@@ -143,7 +142,7 @@ class Giof(RecursiveMethod):
 
     @property
     def causal(self) -> bool:
-        """Whether an angle depends on nothing that comes later."""
+        """Whether angles depend only on past samples."""
         return self.mode == "real_time" and super().causal
 
     @property
@@ -165,7 +164,7 @@ class Giof(RecursiveMethod):
         return rates, angles
 
     def _coupled_by_a_first_pass(self, signals: SegmentSignals) -> SegmentSignals:
-        """Signals with the rates of the angles: a mean taken off comes after what couples them."""
+        """Signals with the rates of the angles: axes are coupled before a mean is subtracted."""
         if not self.coupled:
             return signals
         first = copy(self)
@@ -201,7 +200,7 @@ class Giof(RecursiveMethod):
             return rates - self.static_offset_rad_s, force
         b, a = coefficients
         six = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
-        # as if the first sample had been there for ever: no transient from zero
+        # steady state at the first sample: no transient from zero
         smooth, _ = signal.lfilter(b, a, six, axis=0, zi=signal.lfilter_zi(b, a)[:, None] * six[0])
         return smooth[:, :3] - self.static_offset_rad_s, smooth[:, 3:]
 

@@ -1,4 +1,4 @@
-"""Plain integration of the gyroscope: the drift that every other method is there to remove."""
+"""Plain integration of the gyroscope: it shows the drift that the other methods remove."""
 
 from narx.baselines.parameters import one_of
 from narx.baselines.recursive import Constants, GivenStartUp, RecursiveMethod
@@ -11,11 +11,11 @@ class GyroIntegration(RecursiveMethod):
     Parameters
     ----------
     rule : {"trapezoid", "rectangle"}
-        How the rate goes between two samples: straight from one to the next, or the later value
-        all the way (Han et al., eq. (9), as printed; it runs half a sample ahead).
+        Rate between two samples: linear, or constant at the later value (Han et al., eq. (9), as
+        printed; it is half a sample ahead).
     coupled : bool
-        False integrates each axis on its own, as the papers do, which books a turn of a tilted
-        segment as flexion. True integrates the rates of the angles (Euler kinematics);
+        False treats the axes independently, as in the papers, so that a turn of a tilted segment
+        appears as flexion. True integrates the rates of the angles (Euler kinematics);
         `narx.baselines.strapdown.Strapdown` composes rotations and has no singular angle.
     start_up, washout_s, smoothing
         As in `narx.baselines.recursive.RecursiveMethod`.

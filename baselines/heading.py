@@ -1,8 +1,8 @@
-"""What becomes of the heading, which gravity does not show.
+"""Treatment of the heading, which gravity does not determine.
 
-A filter with gyroscope and accelerometer knows tilt for good and heading not at all: it drifts,
-differently in thigh and shank, and with it every angle of the knee between them. How the heading
-is treated is therefore said apart from the method, and alike for all of them.
+With gyroscope and accelerometer the tilt is observable and the heading is not: it drifts,
+differently in thigh and shank, which affects all angles of the knee. The treatment of the heading
+is therefore separate from the method, and the same for all.
 """
 
 from dataclasses import dataclass
@@ -25,8 +25,8 @@ class Heading:
     Parameters
     ----------
     treatment : {"own", "zero", "leak"}
-        ``own``: as the method gives it, which may be NaN. ``zero``: no heading. ``leak``: the
-        method's changes of heading, or where it has none those of the gyroscope at its tilt,
+        ``own``: as estimated by the method, possibly NaN. ``zero``: no heading. ``leak``: the
+        method's changes of heading, or, if it has none, those of the gyroscope at its tilt,
         integrated with a leak.
     leak_rad_s : float
         Of ``leak``, rad/s.
@@ -49,7 +49,7 @@ class Heading:
             raise UserError(f"heading_leak_rad_s is {self.leak_rad_s}, expected a positive number")
 
     def refuse_stream(self, method: str) -> None:
-        """Refuse to run sample by sample where only whole recordings are treated.
+        """Refuse to run sample by sample if the treatment needs whole recordings.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Leaky integrator: one number, the simplest recursion that does not drift."""
+"""Leaky integrator: the simplest recursion that does not drift, with one parameter."""
 
 from narx.baselines.parameters import positive
 from narx.baselines.recursive import Constants, GivenStartUp, RecursiveMethod
@@ -6,7 +6,7 @@ from narx.kernels.recursions import leak
 
 
 class LeakyIntegrator(RecursiveMethod):
-    """Integrate each axis, and forget with one time constant.
+    """Integrate each axis with a leak of one time constant.
 
     Parameters
     ----------
@@ -17,7 +17,7 @@ class LeakyIntegrator(RecursiveMethod):
 
     Notes
     -----
-    ``1 / (s + leak)``, which is what eqs. (4) to (6) of Tham et al. come down to once corrected
+    ``1 / (s + leak)``, which is the corrected form of eqs. (4) to (6) of Tham et al.
     (`narx.training.initial_weights`). Backward Euler for the leak, the trapezoidal rule for the
     rate: ``p_k = (p_{k-1} + Ts (v_k + v_{k-1}) / 2) / (1 + Ts leak)``.
     """

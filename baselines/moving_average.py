@@ -1,4 +1,4 @@
-"""A centred moving average whose window is a time, not a number of samples."""
+"""A centred moving average whose window is a duration, not a number of samples."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,12 +25,12 @@ def centred_moving_average(
     ndarray, shape (N, ...)
         Integral over the window of the straight lines between samples, divided by its length.
         A window of an even number of intervals thus gives its two end samples half a weight
-        each. At the ends of the recording the window is cut off where the samples end.
+        each. At the ends of the recording the window is truncated.
     """
     series = np.asarray(values, dtype=float)
     if len(series) < 2:
         return series.copy()
-    # less a constant, so that the running sum stays small
+    # minus a constant, so that the running sum stays small
     middle = series.mean(axis=0)
     series = series - middle
     panels = 0.5 * (series[1:] + series[:-1])

@@ -1,6 +1,6 @@
 """Floating-point operations per sample of each method, counted by running it.
 
-A method's step runs on numbers that count what is done to them. Abhayasinghe et al. (section
+A method's step runs on numbers that count the operations on them. Abhayasinghe et al. (section
 3.2) and Han et al. (section IV) compare methods by such counts; theirs are for one angle.
 """
 
@@ -25,7 +25,7 @@ OPERATIONS = ("additions", "multiplications", "divisions", "comparisons", "roots
 
 
 class CountedFloat:
-    """A float that notes every operation done to it.
+    """A float that counts every operation on it.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class CountedFloat:
         return self.sqrt()
 
     def __neg__(self) -> CountedFloat:
-        # a sign costs no arithmetic
+        # a change of sign is not counted
         return CountedFloat(-self.value, self.counts)
 
     def __abs__(self) -> CountedFloat:
@@ -128,14 +128,14 @@ class CountedFloat:
 
 
 def counted(values: FloatArray, counts: Counter[str]) -> Any:
-    """Turn an array into one of counted numbers.
+    """Convert an array to one of counting numbers.
 
     Parameters
     ----------
     values : ndarray
         Numbers.
     counts : collections.Counter
-        Where their operations are noted.
+        Counter of their operations.
 
     Returns
     -------
@@ -149,7 +149,7 @@ def counted(values: FloatArray, counts: Counter[str]) -> Any:
 
 
 def count_stream(method: OrientationMethod, signals: SegmentSignals) -> dict[str, float]:
-    """Count what a method does sample by sample, on average over a recording.
+    """Count the operations of a method per sample, on average over a recording.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def count_stream(method: OrientationMethod, signals: SegmentSignals) -> dict[str
     counts: Counter[str] = Counter()
     for k in range(signals.n_samples):
         if k == 1:
-            counts.clear()  # the first sample sets things up
+            counts.clear()  # the first sample initialises the state
         step(
             counted(signals.axis_rates_rad_s[k], counts),
             counted(signals.specific_force_m_s2[k], counts),
@@ -188,7 +188,7 @@ def count_stream(method: OrientationMethod, signals: SegmentSignals) -> dict[str
 
 
 def count_two_point(signals: SegmentSignals) -> dict[str, float]:
-    """Count what the 2-point method does between A and B, on average per sample and angle.
+    """Count the operations of the 2-point method between A and B, on average per sample and angle.
 
     Parameters
     ----------
@@ -239,12 +239,12 @@ def operation_table(
     signals : SegmentSignals
         Without missing samples. A few seconds are enough; the counting is slow.
     methods : mapping of str to OrientationMethod
-        By the name of the row. Those that cannot be counted are rows of NaN.
+        By the name of the row. Methods that cannot be counted are rows of NaN.
 
     Returns
     -------
     pandas.DataFrame
-        A row per method, a column per operation: mean number per sample, for all angles that
+        One row per method, one column per operation: mean number per sample, for all angles that
         the method estimates (`TwoPoint`: for one angle).
     """
     rows = {}

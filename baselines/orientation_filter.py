@@ -1,4 +1,4 @@
-"""What all orientation filters share: signals in, three angles out, and a heading of their own."""
+"""Common base of orientation filters: from signals to three angles, with a heading of their own."""
 
 from abc import abstractmethod
 
@@ -14,18 +14,18 @@ from narx.types import FloatArray
 
 
 class OrientationFilter(OrientationMethod):
-    """A filter whose answer is an orientation, from gyroscope and accelerometer.
+    """A filter that estimates an orientation from gyroscope and accelerometer.
 
-    Its axes are coupled by nature, and gravity gives it the mean tilt, so that of the parts of
-    `narx.inference.composition` only the start-up has something to add: a posture of the heading.
+    Its axes are coupled by design, and gravity gives the mean tilt, so of the parts of
+    `narx.inference.composition` only the start-up is useful: for the posture of the heading.
 
     Parameters
     ----------
     heading, heading_leak_rad_s
         As `treatment` and `leak_rad_s` of `narx.baselines.heading.Heading`.
     start_up : StartUp, mapping, bool, optional
-        With ``heading=leak``: gives the heading of the start and its posture; True takes the
-        default one.
+        With ``heading=leak``: gives the heading of the start and its posture; True uses the default
+        one.
     """
 
     needs_accelerometer = True
@@ -47,7 +47,7 @@ class OrientationFilter(OrientationMethod):
         if not signals.n_samples:
             return np.empty((0, 3))
         angles = angles_from_orientation(self._orientation(signals))
-        # without a magnetometer a filter's heading is arbitrary: counted from the first sample
+        # without a magnetometer a filter's heading is arbitrary: relative to the first sample
         initial = signals.initial_angles_rad
         first = 0.0 if initial is None else float(initial[TRANSVERSE])
         angles[:, TRANSVERSE] += first - angles[0, TRANSVERSE]
@@ -57,12 +57,12 @@ class OrientationFilter(OrientationMethod):
 
 
 class AnglesOneByOne:
-    """Angles of one orientation after the other.
+    """Angles of successive orientations.
 
     Parameters
     ----------
     initial_angles_rad : ndarray, shape (3,), optional
-        For the heading at the first sample; zero where it is not known.
+        For the heading at the first sample; zero if unknown.
     """
 
     def __init__(self, initial_angles_rad: FloatArray | None) -> None:
@@ -72,7 +72,7 @@ class AnglesOneByOne:
             self._heading = float(initial_angles_rad[TRANSVERSE])
 
     def __call__(self, quaternion_wxyz: ArrayLike) -> FloatArray:
-        """Turn the next orientation into angles.
+        """Convert the next orientation to angles.
 
         Parameters
         ----------

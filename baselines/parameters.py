@@ -1,4 +1,4 @@
-"""Checks of method parameters, so that a wrong override ends in one clear line."""
+"""Checks of method parameters, so that a wrong value gives one clear line."""
 
 import importlib
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ def positive(method: str, name: str, value: float) -> float:
     method, name : str
         Names of the method and of its parameter, for the message.
     value : float
-        What was given.
+        Value to check.
 
     Returns
     -------
@@ -43,9 +43,9 @@ def one_of(method: str, name: str, value: str, allowed: Sequence[str]) -> str:
     method, name : str
         Names of the method and of its parameter, for the message.
     value : str
-        What was given.
+        Value to check.
     allowed : sequence of str
-        What may be given.
+        Allowed values.
 
     Returns
     -------
@@ -65,14 +65,14 @@ def one_of(method: str, name: str, value: str, allowed: Sequence[str]) -> str:
 
 
 def tilt_axes(method: str, axes: Sequence[str]) -> list[int]:
-    """Return the columns of the tilt axes that a method shall estimate.
+    """Return the columns of the tilt axes that a method estimates.
 
     Parameters
     ----------
     method : str
         Name of the method, for the message.
     axes : sequence of str
-        One or both of ``sagittal`` and ``frontal``: an accelerometer sees no other.
+        One or both of ``sagittal`` and ``frontal``: an accelerometer observes no other.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def tilt_axes(method: str, axes: Sequence[str]) -> list[int]:
 
 
 def both_if_coupled(method: str, columns: list[int], coupled: bool) -> list[int]:
-    """Refuse coupled axes where one of them is not estimated.
+    """Refuse coupled axes if one of them is not estimated.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def both_if_coupled(method: str, columns: list[int], coupled: bool) -> list[int]
     Raises
     ------
     UserError
-        If the axes are coupled and not both of them are there.
+        If the axes are coupled and one of them is missing.
     """
     if coupled and len(columns) < 2:
         raise UserError(f"method {method}: coupled=true needs axes [sagittal, frontal]")
@@ -136,7 +136,7 @@ def optional_library(method: str, package: str) -> ModuleType:
     Raises
     ------
     MethodNotApplicableError
-        If it is not installed; says which command installs it.
+        If it is not installed; the message gives the command to install it.
     """
     try:
         return importlib.import_module(package)

@@ -1,4 +1,4 @@
-"""Pseudo-integrator: a band-pass that integrates above its breakpoint and forgets below it."""
+"""Pseudo-integrator: a band-pass that integrates above its breakpoint and attenuates below it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -28,21 +28,21 @@ class PseudoIntegrator(RecursiveMethod):
     gait_frequency_hz : float, optional
         Stride frequency; None detects it from the sagittal rate.
     frequency : {"constant", "following"}
-        Without `gait_frequency_hz`: one frequency for the whole recording, or the one known
-        from the strides so far, which also works sample by sample.
+        Without `gait_frequency_hz`: one frequency for the whole recording, or that of the past
+        strides, which also works sample by sample.
     frequency_without_gait_hz : float
-        What stands in where no walking is found, and for 'following' until the first stride.
+        Used if no walking is detected, and for 'following' until the first stride.
     coupled, start_up, washout_s, smoothing
         As in `narx.baselines.recursive.RecursiveMethod`.
 
     Notes
     -----
     Tham et al., eq. (9), from Holgate et al.: ``H(s) = tau^2 s / (tau s + 1)^2`` with
-    ``tau = 1 / wn``, here as a leaky integrator and a high-pass filter one after the other,
+    ``tau = 1 / wn``, here as a leaky integrator followed by a high-pass filter,
     ``z' = v - z / tau``, ``w' = (z - w) / tau``, ``p = z - w``, by the trapezoidal rule
-    (bilinear transform). In these states, both angles, a breakpoint that changes makes no jump.
-    Starts from zero states, as the paper does, or from the start-up's; a static bias is lost, and
-    so is the mean angle, but for the posture of a start-up.
+    (bilinear transform). With these states, both angles, a change of the breakpoint causes no jump.
+    Starts from zero states, as in the paper, or from the start-up's; a static bias is removed, and
+    so is the mean angle, except for the posture of a start-up.
     """
 
     name = "pseudo_integrator"
@@ -74,7 +74,7 @@ class PseudoIntegrator(RecursiveMethod):
 
     @property
     def causal(self) -> bool:
-        """Whether an angle depends on nothing that comes later."""
+        """Whether angles depend only on past samples."""
         detected = self.gait_frequency_hz is None and self.frequency == "constant"
         return not detected and super().causal
 

@@ -1,4 +1,4 @@
-"""Methods that are a recursion of one axis: what each adds to the parts they all share."""
+"""Methods that are a recursion of one axis: their common parts."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -25,10 +25,10 @@ from narx.method import OrientationMethod, SegmentSignals
 from narx.recursion import Step
 from narx.types import FloatArray
 
-# of a sample: the rates to run on, and a number an axis that the recursion takes beside them
+# for one sample: the rates to run on, and an extra input per axis
 Inputs = Callable[[FloatArray, FloatArray], tuple[Any, Sequence[Any]]]
 Constants = tuple[float, float, float]
-# of what a configuration may give as a start-up
+# types that a configuration may give as a start-up
 GivenStartUp = StartUp | Mapping[str, Any] | bool | None
 
 _ALL = (0, 1, 2)
@@ -38,26 +38,25 @@ _NONE = (0.0, 0.0, 0.0)
 class RecursiveMethod(OrientationMethod):
     """A recursion of one axis on three axes, with the parts of `narx.inference.composition`.
 
-    A subclass names its recursion and gives constants and extra numbers; whether axes are coupled,
-    how it starts, whether a lasting deviation is taken off and whether it also runs backwards are
-    the same for all.
+    A subclass names its recursion and gives constants and extra numbers; coupling of the axes,
+    start-up, washout and smoothing are common to all.
 
     Parameters
     ----------
     coupled : bool
-        Run on the rates of the angles, by the tilt estimated so far, instead of the
-        gyroscope's own axes.
+        Run on the rates of the angles, with the estimated tilt, instead of the gyroscope's own
+        axes.
     start_up : StartUp, mapping, bool, optional
-        Find the posture first (`narx.inference.start_up`); True takes the default one.
+        Estimate the posture first (`narx.inference.start_up`); True uses the default one.
     washout_s : float, optional
-        Take a lasting deviation from the posture off with this time constant, s.
+        Remove a lasting deviation from the posture with this time constant, s.
     smoothing : bool
-        Run backwards as well and average: whole recordings only.
+        Average a forward and a backward pass: whole recordings only.
 
     Raises
     ------
     UserError
-        If one of them is not what it should be.
+        If one of them is invalid.
     """
 
     streams = True
@@ -94,17 +93,17 @@ class RecursiveMethod(OrientationMethod):
 
     @property
     def _extras_are_angles(self) -> bool:
-        """Whether the extra numbers are angles, which count from the posture."""
+        """Whether the extra numbers are angles, which are relative to the posture."""
         return False
 
     @property
     def causal(self) -> bool:
-        """Whether an angle depends on nothing that comes later."""
+        """Whether angles depend only on past samples."""
         return not self.composition.smoothing
 
     @property
     def _couples_as_it_runs(self) -> bool:
-        """Whether the tilt estimated so far couples the axes; else its inputs have done so."""
+        """Whether the estimated tilt couples the axes; else its inputs are already coupled."""
         return self.coupled
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
@@ -124,7 +123,7 @@ class RecursiveMethod(OrientationMethod):
 
     @property
     def _unobserved(self) -> list[int]:
-        # a start-up follows all three axes
+        # a start-up uses all three axes
         return [axis for axis in _ALL if axis not in self.columns]
 
 
@@ -143,7 +142,7 @@ class _ObservedAxes:
 
 @dataclass
 class _RatesAlone:
-    """Inputs of a method that takes no number beside the rates."""
+    """Inputs of a method without an extra input."""
 
     def __call__(
         self, axis_rates: FloatArray, specific_force: FloatArray
@@ -152,7 +151,7 @@ class _RatesAlone:
 
 
 class _Start:
-    """What starts are made of, for both ways of running."""
+    """Initial states, for both ways of running."""
 
     def __init__(self, method: RecursiveMethod) -> None:
         self.coupled = method.coupled
@@ -210,7 +209,7 @@ class _WholeRecording(_Start):
 
 
 class _OneByOne(_Start):
-    """Plain arithmetic, so that it also runs on numbers that count."""
+    """Plain arithmetic, so that it also runs on counting numbers."""
 
     def __init__(self, method: RecursiveMethod, sampling_rate_hz: float) -> None:
         super().__init__(method)
@@ -229,7 +228,7 @@ class _OneByOne(_Start):
             tilt = posture_rad + state[:, OUTPUT] + self._interval_s * state[:, BEFORE]
             sagittal, frontal, transverse = rates
             rates = rates_of_angles(sagittal, frontal, transverse, tilt[0], tilt[1])
-        # numbers that count do not fit into an array of floats
+        # counting numbers do not fit into an array of floats
         state = np.array(state, dtype=np.result_type(np.asarray(rates), float))
         angles = np.full(3, np.nan, dtype=state.dtype)
         for axis in method.columns:

@@ -17,18 +17,17 @@ from narx.types import FloatArray
 
 
 class Strapdown(OrientationMethod):
-    """Compose the turns of all three axes from the initial angles, or from zero.
+    """Compose the rotations about all three axes from the initial angles, or from zero.
 
     Parameters
     ----------
     rule : {"trapezoid", "rectangle"}
-        How the rate goes between two samples: straight from one to the next, or the later value
-        all the way.
+        Rate between two samples: linear, or constant at the later value.
 
     Notes
     -----
-    ``R_k = R_{k-1} exp([w Ts]x)``: what a gyroscope gives without any assumption on the movement.
-    It drifts with what bias is left, and only with that.
+    ``R_k = R_{k-1} exp([w Ts]x)``: gyroscope only, without any assumption on the movement. It
+    drifts only with the remaining bias.
     """
 
     name = "strapdown"
@@ -44,7 +43,7 @@ class Strapdown(OrientationMethod):
             return np.empty((0, 3))
         between = _between(signals.axis_rates_rad_s, self.rule)
         angles = angles_from_orientation(strapdown_orientation(between, signals.interval_s, start))
-        # the heading goes on from where it was, even beyond half a turn
+        # the heading is continuous, even beyond half a turn
         angles[:, TRANSVERSE] += _whole_turns(start[TRANSVERSE] - angles[0, TRANSVERSE])
         return angles
 

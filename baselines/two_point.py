@@ -1,4 +1,4 @@
-"""2-point error estimation: the drift between two moments of standing, taken as a line."""
+"""2-point error estimation: the drift between two standing parts, modelled as a line."""
 
 from dataclasses import dataclass, replace
 
@@ -17,15 +17,15 @@ from narx.types import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class TwoPointParts:
-    """What the method found on its way, for figures and tables.
+    """Intermediate results of the method, for figures and tables.
 
     Parameters
     ----------
     start, stop : int or None
-        Samples A and B; None where the whole recording stands still.
+        Samples A and B; None if the whole recording is still.
     gyroscope_angles_rad : ndarray, shape (N, 3)
         Integrated gyroscope psi from the accelerometer's tilt at the first sample; NaN where
-        samples are missing, or where the whole recording stands still.
+        samples are missing, or if the whole recording is still.
     drift_rad : ndarray, shape (N, 3)
         Estimated error of it, the line between A and B; NaN outside A..B.
     angles_rad : ndarray, shape (N, 3)
@@ -40,12 +40,12 @@ class TwoPointParts:
 
 
 class TwoPoint(OrientationMethod):
-    """Integrate between standing and standing, and take a straight line off the difference.
+    """Integrate between two standing parts, and subtract a straight line for the drift.
 
     Parameters
     ----------
     start_s, stop_s : float, optional
-        Times A and B given by hand, s from the first sample; None finds them.
+        Times A and B given manually, s from the first sample; None detects them.
     gravity_threshold_g : float
         Lambda_1: largest deviation of the accelerometer's norm from 1 g while standing, g.
     rate_threshold_deg_s : float
