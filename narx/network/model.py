@@ -5,6 +5,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from narx.errors import UserError
 from narx.network.cell import NarxCell
 from narx.network.closed_loop import closed_loop
 from narx.network.coupled_loop import coupled_closed_loop
@@ -140,6 +141,11 @@ class Narx(nn.Module):
             State to continue from.
         """
         scaled, structure = self.normalisation, self.structure
+        if axis_rates.ndim < 2 or axis_rates.shape[-1] != 3:
+            raise UserError(
+                f"axis_rates has shape {tuple(axis_rates.shape)}, expected (..., N, 3): gyroscope "
+                "about the sagittal, frontal and transverse axis, rad/s"
+            )
         axis_rates = axis_rates.to(self.weights.dtype)
         lead = axis_rates.shape[:-2]
         if state is None:
@@ -191,6 +197,59 @@ class Narx(nn.Module):
             scaled.angle_offset_rad * relative,
             scaled.angle_scale_rad * relative,
         )
+
+    def extra_repr(self) -> str:
+        """Describe the network for `repr`.
+
+        Returns
+        -------
+        str
+            Sizes, kind, sampling rate and scales.
+        """
+        structure, scaled = self.structure, self.normalisation
+        kind = ", ".join(
+            [
+                "odd" if self.odd else "with biases",
+                "coupled axes" if self.coupled else "single axes",
+            ]
+        )
+        return (
+            f"{structure.hidden} tanh neurons, {structure.input_lags} input and "
+            f"{structure.output_lags} output lags, {structure.n_weights} weights, {kind}, "
+            f"{self.sampling_rate_hz:g} Hz, scales {scaled.rate_scale_rad_s:.3g} rad/s and "
+            f"{scaled.angle_scale_rad:.3g} rad"
+        )
+
+    def get_extra_state(self) -> dict[str, Any]:
+        """Add everything but the weights to the state dictionary.
+
+        Returns
+        -------
+        dict
+            As `to_config`.
+        """
+        return self.to_config()
+
+    def set_extra_state(self, state: dict[str, Any]) -> None:
+        """Refuse weights that belong to other scales, another rate or kind of network.
+
+        Parameters
+        ----------
+        state : dict
+            From `get_extra_state`.
+
+        Raises
+        ------
+        UserError
+            Naming what differs: these weights would give other angles here.
+        """
+        own = self.to_config()
+        for name, value in own.items():
+            if state.get(name) != value:
+                raise UserError(
+                    f"load_state_dict: these weights are of a network with {name}={state.get(name)}"
+                    f", this one has {value}; Narx.from_config makes the one that they fit"
+                )
 
     def to_config(self) -> dict[str, Any]:
         """Describe everything but the weights, for checkpoints.

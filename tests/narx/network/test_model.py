@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from narx.errors import UserError
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
@@ -181,3 +182,30 @@ def test_a_cell_does_not_follow_its_network():
         model.weights.zero_()
     assert cell.weights.abs().max() > 0.1
     assert np.array_equal(cell.weights.numpy(), network().weights.detach().numpy())
+
+
+def test_repr_describes_the_network():
+    said = repr(Narx(100.0, Normalisation(2.0, 0.3)))
+    assert "3 tanh neurons, 2 input and 2 output lags, 19 weights, odd, coupled axes" in said
+    assert "100 Hz, scales 2 rad/s and 0.3 rad" in said
+
+
+@pytest.mark.parametrize(
+    ("other", "says"),
+    [
+        (Narx(100.0, Normalisation(4.0, 0.3)), "normalisation="),
+        (Narx(200.0, Normalisation(2.0, 0.3)), "sampling_rate_hz=200.0, this one has 100.0"),
+        (Narx(100.0, Normalisation(2.0, 0.3), coupled=False), "coupled=False"),
+    ],
+)
+def test_weights_of_another_network_are_refused(other, says):
+    own = Narx(100.0, Normalisation(2.0, 0.3))
+    own.load_state_dict(Narx(100.0, Normalisation(2.0, 0.3)).state_dict())
+    with pytest.raises(UserError, match=says):
+        own.load_state_dict(other.state_dict())
+
+
+def test_one_axis_is_not_spread_over_three():
+    for shape in ((50, 1), (50,), (2, 50, 4)):
+        with pytest.raises(UserError, match=r"expected .*N, 3"):
+            Narx(100.0, Normalisation(2.0, 0.3))(torch.zeros(shape))
