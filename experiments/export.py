@@ -7,35 +7,27 @@ from omegaconf import DictConfig
 
 from narx.errors import UserError
 from narx.experiments.command import command
-from narx.export import c, onnx, torch_export, torchscript
+from narx.export import write
 from narx.inference.pretrained import load_or_pretrained
-
-_WRITERS = {
-    "torchscript": torchscript.write,
-    "torch_export": torch_export.write,
-    "onnx": onnx.write,
-}
-FORMATS = (*_WRITERS, "c")
 
 
 def _export(cfg: DictConfig) -> None:
     output = str(cfg.output)
-    if cfg.format not in FORMATS:
-        raise UserError(f"format is '{cfg.format}', expected one of {', '.join(FORMATS)}")
     checkpoint = load_or_pretrained(cfg.checkpoint)
     try:
-        if cfg.format == "c":
-            c.write(checkpoint, output, cfg.precision)
-        elif cfg.precision != "double":
-            raise UserError(
-                f"precision={cfg.precision} is for format=c; format={cfg.format} is float64, "
-                "expected precision=double"
-            )
-        else:
-            _WRITERS[cfg.format](checkpoint, output)
+        about = write(checkpoint, output, cfg.format, cfg.precision, cfg.verify)
     except OSError as error:
         raise UserError(f"output: '{output}' cannot be written: {error.strerror}") from error
-    print(f"{output}: {cfg.format}, {checkpoint.model.sampling_rate_hz:g} Hz")
+    verified = about["verification"]
+    print(
+        f"{output}: {about['format']}, {about['precision']}, {about['sampling_rate_hz']:g} Hz, "
+        f"checkpoint {about['checkpoint_sha256'][:12]}, "
+        + (
+            f"at most {verified['largest_difference_rad']:.1e} rad from the package"
+            if verified
+            else "not verified"
+        )
+    )
 
 
 main = command("export", keeps_run=False)(_export)

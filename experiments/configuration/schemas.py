@@ -155,7 +155,8 @@ class Export(Section):
     checkpoint: FilePath | None = None
     format: Format = "torchscript"
     output: FilePath
-    precision: Literal["double", "float"] = "double"
+    precision: Literal["double", "float"] | None = None
+    verify: bool = True
 
 
 Columns = Annotated[

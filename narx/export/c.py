@@ -1,135 +1,299 @@
 """C: one ISO C99 file and its header, for a microcontroller or any other language."""
 
+import ctypes
+import json
 import math
-import os
 import re
+import shutil
+import subprocess
+import tempfile
 from importlib import resources
 from pathlib import Path
 from string import Template
-from typing import Literal, get_args
+from typing import Any
 
 import numpy as np
+from numpy.polynomial import chebyshev, polynomial
 
+import narx
 from narx.errors import UserError
-from narx.export.c_values import network_values, number, tracked_values
-from narx.export.recurrence import ExportedNarx
-from narx.files import atomic_path
+from narx.export.recurrence import refuse_own_scaling, samples_in_movement
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.washout import washout_gain
+from narx.kernels.clock import ON_TICK
+from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
+from narx.method import RATE_LIMIT_RAD_S, longest_gap_s
+from narx.types import FloatArray
 
-Precision = Literal["double", "float"]
-
+COMPILERS = ("cc", "gcc", "clang")
+FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC")
 # a number's suffix and a function's are the same letter in C
 _SUFFIX = {"double": "", "float": "f"}
+# neurons whose weights differ by less than this share of the largest are one: what they differ by
+# cancels to first order when the first layer is averaged with the weights of the second
+_SAME = 1e-3
+# range of the short series; beyond it the library's functions
+_SINE_LIMIT_RAD, _TANH_LIMIT = 1.2, 0.12
 
 
-def sources(
-    checkpoint: Checkpoint, header_name: str, precision: Precision = "double"
-) -> tuple[str, str]:
+def build(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
     """Write a network with its start-up as C.
 
     Parameters
     ----------
     checkpoint : Checkpoint
         What to carry.
-    header_name : str
-        Name under which the C file includes its header.
     precision : {"double", "float"}
         Type of all numbers.
 
     Returns
     -------
-    source, header : str
-        Content of the two files.
+    dict of str to str
+        Source and header by their suffixes, for `stamped`.
+    """
+    values = _values(checkpoint, _SUFFIX[precision]) | {
+        "title": f"NARX orientation network at {checkpoint.model.sampling_rate_hz:g} Hz",
+        "version": narx.__version__,
+        "sha256": checkpoint.sha256,
+        "real": precision,
+        "short_series": str(int(precision == "float")),
+    }
+    folder = resources.files("narx.export")
+    return {
+        suffix: Template(
+            (folder / f"template{suffix}").read_text(encoding="utf-8")
+        ).safe_substitute(values)
+        for suffix in (".c", ".h")
+    }
+
+
+def stamped(sources: dict[str, str], name: str, identity: str) -> dict[str, str]:
+    """Give the sources their names and what they say of themselves.
+
+    Parameters
+    ----------
+    sources : dict of str to str
+        From `build`.
+    name : str
+        Name of the files, without suffix.
+    identity : str
+        For the header (`narx.export.identity`).
+
+    Returns
+    -------
+    dict of str to str
+        Content by file name.
+    """
+    values = {
+        "header": f"{name}.h",
+        "guard": re.sub(r"\W", "_", f"NARX_{name}_H").upper(),
+        "identity": json.dumps(identity),
+    }
+    return {
+        f"{name}{suffix}": Template(source).substitute(values) for suffix, source in sources.items()
+    }
+
+
+def compiler() -> str:
+    """Find a C compiler.
+
+    Returns
+    -------
+    str
+        Its path.
 
     Raises
     ------
     UserError
-        If the precision is unknown.
+        If there is none.
     """
-    if precision not in get_args(Precision):
-        raise UserError(
-            f"precision is '{precision}', expected one of {', '.join(get_args(Precision))}"
-        )
-    tracked = checkpoint.tracker is not None
-    values_of, template = (tracked_values, "template_tracked") if tracked else (_values, "template")
-    values = values_of(checkpoint, _SUFFIX[precision]) | {
-        "title": f"NARX orientation network at {checkpoint.model.sampling_rate_hz:g} Hz",
-        "real": precision,
-        "header": header_name,
-        "guard": re.sub(r"\W", "_", f"NARX_{header_name}").upper(),
-    }
-    folder = resources.files("narx.export")
-    source, header = (
-        Template((folder / name).read_text(encoding="utf-8")).substitute(values)
-        for name in (f"{template}.c", f"{template}.h")
+    for name in COMPILERS:
+        found = shutil.which(name)
+        if found:
+            return found
+    raise UserError(
+        f"format=c is compiled to check it, and there is no C compiler ({', '.join(COMPILERS)}); "
+        "install one, or write unchecked with verify=false"
     )
-    return source, header
+
+
+def run(
+    files: dict[str, str],
+    axis_rates: FloatArray,
+    interval_s: FloatArray,
+    start: FloatArray | None,
+) -> FloatArray:
+    """Compile and run the code over recordings.
+
+    Parameters
+    ----------
+    files : dict of str to str
+        From `stamped`.
+    axis_rates : ndarray, shape (B, N, 3)
+        Gyroscope, rad/s, in the precision of the code.
+    interval_s : ndarray, shape (B, N)
+        Times since the samples before, s.
+    start : ndarray, shape (B, 3), or None
+        Known start poses, rad.
+
+    Returns
+    -------
+    ndarray, shape (B, N, 3)
+        Angles, rad.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in files.items():
+            (Path(folder) / name).write_text(content, encoding="utf-8")
+        source = next(name for name in files if name.endswith(".c"))
+        command = [compiler(), *FLAGS, source, "-o", "narx.so", "-lm"]
+        subprocess.run(command, cwd=folder, check=True, capture_output=True)
+        library = ctypes.CDLL(str(Path(folder) / "narx.so"))
+    real = ctypes.c_float if axis_rates.dtype == np.float32 else ctypes.c_double
+    library.narx_step_after.argtypes = [ctypes.c_void_p, real, ctypes.c_void_p, ctypes.c_void_p]
+    library.narx_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
+    angles = np.empty_like(axis_rates)
+    for sensor in range(len(axis_rates)):
+        # more than any state needs
+        state = ctypes.create_string_buffer(1 << 16)
+        pose = None if start is None else np.ascontiguousarray(start[sensor], axis_rates.dtype)
+        library.narx_start(state, None if pose is None else pose.ctypes.data)
+        for k, interval in enumerate(interval_s[sensor]):
+            library.narx_step_after(
+                state, interval, axis_rates[sensor, k].ctypes.data, angles[sensor, k].ctypes.data
+            )
+    return angles
 
 
 def _values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
-    narx = ExportedNarx(checkpoint)
+    def number(value: float) -> str:
+        return f"{float(value)!r}{suffix}"
+
+    def row(values: FloatArray) -> str:
+        return ", ".join(number(value) for value in values)
+
+    refuse_own_scaling(checkpoint)
     model, start_up = checkpoint.model, checkpoint.start_up
-    structure, scaled = model.structure, model.normalisation
-    interval_s = 1.0 / narx.sampling_rate_hz
-    # as the package adds time up, so that rounding in `float` cannot move the hand-over
-    enough = math.ceil(max(start_up.duration_s, 0.0) / interval_s) + 2
-    moving_s = np.cumsum([0.0] + [interval_s] * enough)
-    moving_samples = int(np.argmax(moving_s >= start_up.duration_s))
+    interval_s = 1.0 / model.sampling_rate_hz
+    w1, b1, w2, b2 = merged_neurons(*physical_weights(checkpoint))
     numbers = {
+        "sampling_rate_hz": model.sampling_rate_hz,
         "interval_s": interval_s,
+        "half_interval_s": 0.5 * interval_s,
+        "rate_limit_rad_s": RATE_LIMIT_RAD_S,
+        "max_gap_s": longest_gap_s(interval_s),
+        "on_tick": ON_TICK,
         "leak_rad_s": start_up.leak_rad_s,
         "settling_gain": start_up.settling_gain,
         "settling_s": start_up.settling_s,
         "averaged_from_s": start_up.averaged_from_s,
         "averaging_s": start_up.averaging_s,
-        "movement_time_constant_s": MOVEMENT_TIME_CONSTANT_S,
+        "pi_per_averaging": math.pi / start_up.averaging_s if start_up.averaging_s else 0.0,
+        "movement_gain": interval_s / (MOVEMENT_TIME_CONSTANT_S + interval_s),
         "movement_square": MOVEMENT_RAD_S**2,
         "washout_gain": washout_gain(checkpoint.washout_s, interval_s),
-        "rate_offset": scaled.rate_offset_rad_s,
-        "rate_scale": scaled.rate_scale_rad_s,
-        "angle_offset": scaled.angle_offset_rad,
-        "angle_scale": scaled.angle_scale_rad,
+        "smallest_cos_frontal": COS_FRONTAL_MIN,
+        "b2": b2,
+        "sine_limit": _SINE_LIMIT_RAD,
+        "tanh_square": _TANH_LIMIT**2,
+        "t1": -1 / 3,
+        "t2": 2 / 15,
+        **{f"s{i}": c for i, c in enumerate(_even_series(np.sinc, 1 / math.pi))},
+        **{f"c{i}": c for i, c in enumerate(_even_series(np.cos, 1.0))},
     }
+    structure = model.structure
     counts = {
-        "moving_samples": moving_samples,
+        "moving_samples": samples_in_movement(start_up, interval_s),
         "coupled": int(model.coupled),
+        "hidden": len(w2),
+        "past_inputs": structure.n_input_state,
         "output_lags": structure.output_lags,
         "n_state": structure.n_state,
+        "biases": int(bool(b1.any() or b2)),
     }
     return {
-        **network_values(checkpoint, suffix),
-        **{name: number(value, suffix) for name, value in numbers.items()},
+        **{name: number(value) for name, value in numbers.items()},
         **{name: str(count) for name, count in counts.items()},
+        "w1": ",\n".join(f"    {{{row(values)}}}" for values in w1),
+        "b1": row(b1),
+        "w2": row(w2),
+        "f": suffix,
     }
 
 
-def write(
-    checkpoint: Checkpoint, path: str | os.PathLike[str], precision: Precision = "double"
-) -> None:
-    """Write a network as a C file, and its header beside it.
+def _even_series(function: Any, unit: float) -> FloatArray:
+    """Coefficients of ``function(unit x)`` in powers of x^2, for the range of the short series."""
+    half = 0.5 * _SINE_LIMIT_RAD**2
+    interpolate: Any = chebyshev.chebinterpolate
+    series = interpolate(lambda t: function(unit * np.sqrt(half * (1.0 + t))), 3)
+    in_t = chebyshev.cheb2poly(series)
+    result = np.zeros(1)
+    for coefficient in in_t[::-1]:
+        result = polynomial.polyadd(polynomial.polymul(result, [-1.0, 1.0 / half]), [coefficient])
+    return np.asarray(result)[:4]
+
+
+def physical_weights(
+    checkpoint: Checkpoint,
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Fold the normalisation into the weights.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
-    path : path-like
-        Where to, ``*.c``; the header has the same name with ``.h``.
-    precision : {"double", "float"}
-        Type of all numbers.
+        A trained network.
 
-    Raises
-    ------
-    UserError
-        If the name does not end in ``.c``, or the precision is unknown.
+    Returns
+    -------
+    w1 : ndarray, shape (hidden, features)
+        For rates in rad/s and deviations in rad.
+    b1 : ndarray, shape (hidden,)
+        Biases.
+    w2 : ndarray, shape (hidden,)
+        To a deviation in rad.
+    b2 : float
+        Its bias, rad.
     """
-    target = Path(path)
-    if target.suffix != ".c":
-        raise UserError(f"output is '{target}', expected a name that ends in .c for format=c")
-    beside = target.with_suffix(".h")
-    source, header = sources(checkpoint, beside.name, precision)
-    with atomic_path(beside) as temporary:
-        temporary.write_text(header, encoding="utf-8")
-    with atomic_path(target) as temporary:
-        temporary.write_text(source, encoding="utf-8")
+    structure, scaled = checkpoint.model.structure, checkpoint.model.normalisation
+    weights = checkpoint.model.weights.detach().numpy()
+    w1 = weights[structure.w1].reshape(structure.hidden, structure.n_features).copy()
+    b1, w2 = weights[structure.b1].copy(), weights[structure.w2] * scaled.angle_scale_rad
+    n_rates = structure.n_input_features
+    for columns, offset, scale in (
+        (slice(0, n_rates), scaled.rate_offset_rad_s, scaled.rate_scale_rad_s),
+        (slice(n_rates, None), scaled.angle_offset_rad, scaled.angle_scale_rad),
+    ):
+        w1[:, columns] /= scale
+        b1 -= offset * w1[:, columns].sum(axis=1)
+    b2 = weights[structure.b2] * scaled.angle_scale_rad + scaled.angle_offset_rad
+    return w1, b1, w2, float(b2)
+
+
+def merged_neurons(
+    w1: FloatArray, b1: FloatArray, w2: FloatArray, b2: float
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Make one neuron of those that are the same.
+
+    Parameters
+    ----------
+    w1, b1, w2, b2 : ndarray and float
+        From `physical_weights`.
+
+    Returns
+    -------
+    w1, b1, w2, b2 : ndarray and float
+        Of a network that answers the same.
+    """
+    layer = np.column_stack([w1, b1])
+    groups: list[list[int]] = []
+    for j, neuron in enumerate(layer):
+        for group in groups:
+            first = layer[group[0]]
+            close = np.abs(neuron - first) <= _SAME * np.abs(first) + 1e-12 * np.abs(first).max()
+            if close.all() and w2[group[0]] * w2[j] > 0:
+                group.append(j)
+                break
+        else:
+            groups.append([j])
+    merged = np.stack([np.average(layer[group], axis=0, weights=w2[group]) for group in groups])
+    return merged[:, :-1], merged[:, -1], np.array([w2[group].sum() for group in groups]), b2

@@ -1,41 +1,31 @@
-"""ONNX: the step as a graph, state in and state out, for onnxruntime and its like."""
+"""ONNX: the sequence graph for onnxruntime and its like."""
 
 import importlib.util
-import json
 import logging
-import os
+import tempfile
 import warnings
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import torch
+from torch import Tensor
 
 from narx.errors import UserError
-from narx.export.module import description, exported, graph
-from narx.files import atomic_path
+from narx.export.graph import INPUTS, OUTPUTS, program
 from narx.inference.checkpoint import Checkpoint
 
-_LIBRARIES = ("onnx", "onnxscript")
+IDENTITY_KEY = "narx"
+_LIBRARIES = ("onnx", "onnxscript", "onnxruntime")
 
 
-def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
-    """Write the step of a network as an ONNX graph in float64.
-
-    Parameters
-    ----------
-    checkpoint : Checkpoint
-        What to carry.
-    path : path-like
-        Where to, usually ``*.onnx``.
+def check_libraries() -> None:
+    """Refuse to go on without the libraries.
 
     Raises
     ------
     UserError
-        If a library is not installed.
-
-    Notes
-    -----
-    Inputs ``axis_rates`` and ``state``, outputs ``angles`` and ``new_state``, as
-    `narx.export.module.graph`. The file's metadata hold
-    `narx.export.module.description` under the key ``narx``, as JSON.
+        If one is not installed.
     """
     missing = [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]
     if missing:
@@ -43,21 +33,141 @@ def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
             f"format=onnx needs {' and '.join(missing)}, not installed; "
             "pip install 'narx-orientation[onnx]'"
         )
-    narx = exported(checkpoint)
+
+
+def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
+    """Translate a network with its start-up.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to carry.
+    dtype : torch.dtype
+        Type of all numbers.
+
+    Returns
+    -------
+    bytes
+        Content of the file, for `stamped`.
+
+    Raises
+    ------
+    UserError
+        If a library is not installed.
+    """
+    check_libraries()
     # operators of packages that are not there do not matter here
-    logging.getLogger("torch.onnx._internal.exporter._registration").setLevel(logging.ERROR)
+    for name in ("_registration", "_core"):
+        logging.getLogger(f"torch.onnx._internal.exporter.{name}").setLevel(logging.ERROR)
     with torch.no_grad(), warnings.catch_warnings():
         # torch's exporter uses what torch itself deprecates
         warnings.simplefilter("ignore")
-        program = torch.onnx.export(
-            graph(narx).eval(),
-            (torch.zeros(narx.n_inputs, dtype=torch.float64), narx.start()),
-            input_names=["axis_rates", "state"],
-            output_names=["angles", "new_state"],
+        translated = torch.onnx.export(
+            program(checkpoint, dtype),
+            input_names=list(INPUTS),
+            output_names=list(OUTPUTS),
             dynamo=True,
             verbose=False,
         )
-    assert program is not None
-    program.model.metadata_props["narx"] = json.dumps(description(narx))
-    with atomic_path(path) as temporary:
-        program.save(temporary, external_data=False)
+    assert translated is not None
+    _strip(translated.model)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "narx.onnx"
+        translated.save(path, external_data=False)
+        return path.read_bytes()
+
+
+def stamped(data: bytes, identity: str) -> bytes:
+    """Put an identity into the metadata.
+
+    Parameters
+    ----------
+    data : bytes
+        From `build`.
+    identity : str
+        What the file says of itself, under the key ``narx``.
+
+    Returns
+    -------
+    bytes
+        The same graph.
+    """
+    import onnx
+
+    model = onnx.load_from_string(data)
+    onnx.helper.set_model_props(model, {IDENTITY_KEY: identity})
+    return bytes(model.SerializeToString())
+
+
+def _strip(model: Any) -> None:
+    """Leave out what the exporter notes about its sources."""
+    import onnx_ir
+
+    model.metadata_props.clear()
+    model.graph.metadata_props.clear()
+    for node in onnx_ir.traversal.RecursiveGraphIterator(model.graph):
+        node.metadata_props.clear()
+        node.doc_string = None
+        for value in (*node.inputs, *node.outputs):
+            if value is not None:
+                value.metadata_props.clear()
+        for attribute in node.attributes.values():
+            if attribute.type == onnx_ir.AttributeType.GRAPH:
+                attribute.value.metadata_props.clear()
+
+
+def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> Tensor:
+    """Load a file and run it over recordings.
+
+    Parameters
+    ----------
+    data : bytes
+        From `build`.
+    axis_rates, interval_s, state : Tensor
+        As for `narx.export.graph.SequenceGraph`.
+
+    Returns
+    -------
+    Tensor, shape (B, N, 3)
+        Angles, rad.
+    """
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level = 3  # it warns of constants that the exporter left over
+    session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+    feed = dict(zip(INPUTS, (axis_rates.numpy(), interval_s.numpy(), state.numpy()), strict=True))
+    angles: np.ndarray = session.run(["angles"], feed)[0]
+    return torch.from_numpy(angles)
+
+
+def read_metadata(path: Path) -> str:
+    """Read what `build` put into the metadata.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File.
+
+    Returns
+    -------
+    str
+        The identity.
+
+    Raises
+    ------
+    UserError
+        If a library is not installed.
+    ValueError
+        If the file is no ONNX model.
+    KeyError
+        If it holds no such metadata.
+    """
+    check_libraries()
+    import onnx
+
+    try:
+        model = onnx.load(str(path), load_external_data=False)
+    except Exception as error:  # protobuf's errors are classes of their own
+        raise ValueError("no ONNX model") from error
+    return {entry.key: entry.value for entry in model.metadata_props}[IDENTITY_KEY]

@@ -5,50 +5,77 @@
 #include <string.h>
 
 #define INTERVAL_S ${interval_s}
-#define LEAK_RAD_S ${leak_rad_s}
-#define SETTLING_GAIN ${settling_gain}
-#define SETTLING_S ${settling_s}
-#define AVERAGED_FROM_S ${averaged_from_s} /* of which the posture is the mean */
-#define AVERAGING_S ${averaging_s}
-#define MOVEMENT_TIME_CONSTANT_S ${movement_time_constant_s}
-#define MOVEMENT_SQUARE ${movement_square}
-#define PI ${pi}
-#define WASHOUT_GAIN ${washout_gain} /* of the slow mean that is taken off */
+#define HALF_INTERVAL_S ${half_interval_s}
+#define ON_TICK ${on_tick} /* intervals: a sample this close to a tick is on it */
 #define SMALLEST_COS_FRONTAL ${smallest_cos_frontal}
-#define COUPLED ${coupled} /* rates become those of the angles by the tilt so far */
 
-#define HIDDEN ${hidden}
-#define PAST_INPUTS ${past_inputs}
-#define OUTPUT_LAGS ${output_lags}
+/* Sine and cosine of moderate angles, and tanh of small numbers: the library's take longer. */
+#define SHORT_SERIES ${short_series}
 
-static const narx_real RATE_OFFSET = ${rate_offset}, RATE_SCALE = ${rate_scale};
-static const narx_real ANGLE_OFFSET = ${angle_offset}, ANGLE_SCALE = ${angle_scale};
+static void sine_cosine(narx_real x, narx_real *sine, narx_real *cosine)
+{
+#if SHORT_SERIES
+    if (x < ${sine_limit} && x > -${sine_limit}) {
+        const narx_real u = x * x;
+        *sine = x * (${s0} + u * (${s1} + u * (${s2} + u * ${s3})));
+        *cosine = ${c0} + u * (${c1} + u * (${c2} + u * ${c3}));
+        return;
+    }
+#endif
+    *sine = sin${f}(x);
+    *cosine = cos${f}(x);
+}
 
-/* columns: present and past inputs, past outputs, newest first */
-static const narx_real W1[HIDDEN][NARX_NETWORK_STATE + 1] = {
-${w1}
-};
-static const narx_real B1[HIDDEN] = {${b1}};
-static const narx_real W2[HIDDEN] = {${w2}};
-static const narx_real B2 = ${b2};
+static narx_real hyperbolic_tangent(narx_real x)
+{
+#if SHORT_SERIES
+    const narx_real u = x * x;
+    if (u < ${tanh_square})
+        return x * (1 + u * (${t1} + u * ${t2}));
+#endif
+    return tanh${f}(x);
+}
 
 static void rates_of_angles(const narx_real axis_rates[3], const narx_real tilt[2],
                             narx_real rates[3])
 {
-#if COUPLED
-    const narx_real sin_s = sin${f}(tilt[0]), cos_s = cos${f}(tilt[0]);
-    const narx_real sin_f = sin${f}(tilt[1]);
-    narx_real cos_f = cos${f}(tilt[1]);
+    narx_real sin_s, cos_s, sin_f, cos_f;
+    sine_cosine(tilt[0], &sin_s, &cos_s);
+    sine_cosine(tilt[1], &sin_f, &cos_f);
     if (fabs${f}(cos_f) < SMALLEST_COS_FRONTAL)
         cos_f = cos_f < 0 ? -SMALLEST_COS_FRONTAL : SMALLEST_COS_FRONTAL;
     rates[2] = (axis_rates[2] * cos_s - axis_rates[1] * sin_s) / cos_f;
     rates[1] = axis_rates[1] * cos_s + axis_rates[2] * sin_s;
     rates[0] = axis_rates[0] - sin_f * rates[2];
-#else
-    (void)tilt;
-    memcpy(rates, axis_rates, 3 * sizeof rates[0]);
-#endif
 }
+
+/* ---- the recurrence, one interval at a time ---- */
+
+#define LEAK_RAD_S ${leak_rad_s}
+#define SETTLING_GAIN ${settling_gain}
+#define SETTLING_S ${settling_s}
+#define AVERAGED_FROM_S ${averaged_from_s} /* of which the posture is the mean */
+#define AVERAGING_S ${averaging_s}
+#define PI_PER_AVERAGING ${pi_per_averaging}
+#define MOVEMENT_GAIN ${movement_gain}
+#define MOVEMENT_SQUARE ${movement_square}
+#define WASHOUT_GAIN ${washout_gain} /* of the slow mean that is taken off */
+#define COUPLED ${coupled} /* rates become those of the angles by the tilt so far */
+
+#define HIDDEN ${hidden} /* neurons that were the same are one */
+#define PAST_INPUTS ${past_inputs}
+#define OUTPUT_LAGS ${output_lags}
+#define BIASES ${biases}
+
+/* columns: present and past rates, past deviations, newest first; scales are in the weights */
+static const narx_real W1[HIDDEN][NARX_NETWORK_STATE + 1] = {
+${w1}
+};
+static const narx_real W2[HIDDEN] = {${w2}};
+#if BIASES
+static const narx_real B1[HIDDEN] = {${b1}};
+static const narx_real B2 = ${b2};
+#endif
 
 static void hand_over(narx_state *state)
 {
@@ -61,10 +88,10 @@ static void hand_over(narx_state *state)
             state->posture[axis] = state->posture_sum[axis] / state->posture_weight;
         deviation = state->angles[axis] - state->posture[axis];
         for (k = 0; k < PAST_INPUTS; k++)
-            network[k] = (rate - RATE_OFFSET) / RATE_SCALE;
-        network[PAST_INPUTS] = (deviation - ANGLE_OFFSET) / ANGLE_SCALE;
+            network[k] = rate;
+        network[PAST_INPUTS] = deviation;
         for (k = 1; k < OUTPUT_LAGS; k++)
-            network[PAST_INPUTS + k] = (deviation - INTERVAL_S * rate - ANGLE_OFFSET) / ANGLE_SCALE;
+            network[PAST_INPUTS + k] = deviation - INTERVAL_S * rate;
     }
 }
 
@@ -74,32 +101,39 @@ static narx_real movement(narx_state *state, const narx_real axis_rates[3])
     const narx_real square = axis_rates[0] * axis_rates[0] + axis_rates[1] * axis_rates[1] +
                              axis_rates[2] * axis_rates[2];
     narx_real into, half;
-    state->mean_square +=
-        (square - state->mean_square) * INTERVAL_S / (MOVEMENT_TIME_CONSTANT_S + INTERVAL_S);
+    state->mean_square += (square - state->mean_square) * MOVEMENT_GAIN;
     if (state->mean_square > MOVEMENT_SQUARE)
         state->moving_left--;
     into = (narx_real)(NARX_MOVING_SAMPLES - state->moving_left) * INTERVAL_S;
     into -= AVERAGED_FROM_S;
     if (into <= 0 || into >= AVERAGING_S)
         return 0;
-    half = sin${f}(PI * into / AVERAGING_S);
+    half = sin${f}(into * PI_PER_AVERAGING);
     return half * half;
 }
 
 static void start_up_step(narx_state *state, const narx_real axis_rates[3])
 {
-    const narx_real time_s = (narx_real)++state->samples * INTERVAL_S;
-    const narx_real leak = LEAK_RAD_S + SETTLING_GAIN / (time_s + SETTLING_S);
-    const narx_real damping = state->known ? 1 : 1 + INTERVAL_S * leak;
     const narx_real weight = movement(state, axis_rates);
-    narx_real tilt[2], rates[3];
+    narx_real kept = 1;
+    narx_real rates[3] = {axis_rates[0], axis_rates[1], axis_rates[2]};
     int axis;
-    for (axis = 0; axis < 2; axis++)
-        tilt[axis] = state->angles[axis] + INTERVAL_S * state->rates[axis];
-    rates_of_angles(axis_rates, tilt, rates);
+    state->samples++;
+    if (!state->known) {
+        const narx_real time_s = (narx_real)state->samples * INTERVAL_S;
+        kept = 1 / (1 + INTERVAL_S * (LEAK_RAD_S + SETTLING_GAIN / (time_s + SETTLING_S)));
+    }
+#if COUPLED
+    {
+        narx_real tilt[2];
+        for (axis = 0; axis < 2; axis++)
+            tilt[axis] = state->angles[axis] + INTERVAL_S * state->rates[axis];
+        rates_of_angles(axis_rates, tilt, rates);
+    }
+#endif
     for (axis = 0; axis < 3; axis++) {
-        const narx_real change = INTERVAL_S * (rates[axis] + state->rates[axis]) / 2;
-        state->angles[axis] = (state->angles[axis] + change) / damping;
+        const narx_real change = HALF_INTERVAL_S * (rates[axis] + state->rates[axis]);
+        state->angles[axis] = (state->angles[axis] + change) * kept;
         state->rates[axis] = rates[axis];
         state->posture_sum[axis] += weight * state->angles[axis];
     }
@@ -110,33 +144,61 @@ static void start_up_step(narx_state *state, const narx_real axis_rates[3])
 
 static void network_step(narx_state *state, const narx_real axis_rates[3])
 {
-    narx_real tilt[2], rates[3];
+    narx_real rates[3] = {axis_rates[0], axis_rates[1], axis_rates[2]};
     int axis, h, k;
-    for (axis = 0; axis < 2; axis++) {
-        const narx_real *const past = state->network[axis] + PAST_INPUTS;
-        const narx_real next = OUTPUT_LAGS > 1 ? 2 * past[0] - past[OUTPUT_LAGS > 1] : past[0];
-        tilt[axis] = next * ANGLE_SCALE + ANGLE_OFFSET + state->posture[axis];
+#if COUPLED
+    {
+        narx_real tilt[2];
+        for (axis = 0; axis < 2; axis++) {
+            const narx_real *const past = state->network[axis] + PAST_INPUTS;
+            const narx_real next = OUTPUT_LAGS > 1 ? past[0] + past[0] - past[OUTPUT_LAGS > 1] : past[0];
+            tilt[axis] = next + state->posture[axis];
+        }
+        rates_of_angles(axis_rates, tilt, rates);
     }
-    rates_of_angles(axis_rates, tilt, rates);
+#endif
     for (axis = 0; axis < 3; axis++) {
         narx_real *const network = state->network[axis];
-        const narx_real input = (rates[axis] - RATE_OFFSET) / RATE_SCALE;
-        narx_real output = B2;
+        narx_real output = 0;
         for (h = 0; h < HIDDEN; h++) {
-            narx_real sum = B1[h] + W1[h][0] * input;
+            narx_real sum = W1[h][0] * rates[axis];
             for (k = 0; k < NARX_NETWORK_STATE; k++)
                 sum += W1[h][k + 1] * network[k];
-            output += W2[h] * tanh${f}(sum);
+#if BIASES
+            sum += B1[h];
+#endif
+            output += W2[h] * hyperbolic_tangent(sum);
         }
+#if BIASES
+        output += B2;
+#endif
         for (k = NARX_NETWORK_STATE - 1; k > 0; k--)
             network[k] = network[k - 1];
         if (PAST_INPUTS > 0)
-            network[0] = input;
+            network[0] = rates[axis];
         network[PAST_INPUTS] = output;
-        output = output * ANGLE_SCALE + ANGLE_OFFSET;
         state->mean[axis] += WASHOUT_GAIN * (output - state->mean[axis]);
         state->angles[axis] = output + state->posture[axis] - state->mean[axis];
     }
+}
+
+static void advance(narx_state *state, const narx_real axis_rates[3])
+{
+    if (state->moving_left > 0)
+        start_up_step(state, axis_rates);
+    else
+        network_step(state, axis_rates);
+}
+
+/* ---- samples, lost ones and time ---- */
+
+static int usable(const narx_real axis_rates[3])
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++)
+        if (!(fabs${f}(axis_rates[axis]) <= NARX_RATE_LIMIT_RAD_S)) /* nor is NaN */
+            return 0;
+    return 1;
 }
 
 void narx_start(narx_state *state, const narx_real *initial_angles)
@@ -149,18 +211,56 @@ void narx_start(narx_state *state, const narx_real *initial_angles)
     }
 }
 
+void narx_step_after(narx_state *state, narx_real interval_s, const narx_real axis_rates[3],
+                     narx_real angles[3])
+{
+    narx_real rest = 0;
+    int due = 1, paused, axis;
+    if (interval_s > 0) {
+        state->since_s += interval_s;
+        if (!(state->since_s < 2 * NARX_MAX_GAP_S))
+            state->since_s = 2 * NARX_MAX_GAP_S;
+    }
+    if (!(interval_s > 0) || !usable(axis_rates)) {
+        angles[0] = angles[1] = angles[2] = NAN;
+        return;
+    }
+    paused = !state->seen || state->since_s > NARX_MAX_GAP_S * (1 + ON_TICK);
+    if (!paused) {
+        const narx_real elapsed = state->past_s + state->since_s;
+        due = (int)(elapsed * NARX_SAMPLING_RATE_HZ + ON_TICK);
+        rest = elapsed - (narx_real)due * INTERVAL_S;
+        if (rest < ON_TICK * INTERVAL_S)
+            rest = 0;
+    }
+    for (; due > 0; due--) {
+        narx_real rates[3];
+        const narx_real before = rest + (narx_real)(due - 1) * INTERVAL_S;
+        const narx_real back = paused || !(before > 0) ? 0 : before / state->since_s;
+        for (axis = 0; axis < 3; axis++)
+            rates[axis] = axis_rates[axis] - back * (axis_rates[axis] - state->latest[axis]);
+        advance(state, rates);
+    }
+    memcpy(state->latest, axis_rates, sizeof state->latest);
+    state->seen = 1;
+    state->since_s = 0;
+    state->past_s = rest;
+    memcpy(angles, state->angles, sizeof state->angles);
+    if (rest > 0) {
+        narx_real rates[3];
+        rates_of_angles(axis_rates, state->angles, rates);
+        for (axis = 0; axis < 3; axis++)
+            angles[axis] += rest * rates[axis];
+    }
+}
+
 void narx_step(narx_state *state, const narx_real axis_rates[3], narx_real angles[3])
 {
-    int axis;
-    for (axis = 0; axis < 3; axis++) {
-        if (!isfinite(axis_rates[axis])) {
-            angles[0] = angles[1] = angles[2] = NAN;
-            return;
-        }
+    if (!(state->seen && !(state->since_s > 0) && !(state->past_s > 0) && usable(axis_rates))) {
+        narx_step_after(state, INTERVAL_S, axis_rates, angles);
+        return;
     }
-    if (state->moving_left > 0)
-        start_up_step(state, axis_rates);
-    else
-        network_step(state, axis_rates);
+    advance(state, axis_rates);
+    memcpy(state->latest, axis_rates, sizeof state->latest);
     memcpy(angles, state->angles, sizeof state->angles);
 }

@@ -1,50 +1,211 @@
 """TorchScript: one file that any process with torch loads, in Python or C++."""
 
 import io
-import os
 import warnings
+import zipfile
 
 import torch
+from torch import Tensor, nn
 
-from narx.export.module import exported
-from narx.files import atomic_path
+from narx.export.clocked import ClockedRecurrence
 from narx.inference.checkpoint import Checkpoint
 
+IDENTITY_FILE = "narx.json"
 
-def scripted(checkpoint: Checkpoint) -> torch.jit.ScriptModule:
+
+class ScriptedNarx(nn.Module):
+    """A trained network with its start-up and clock, for any batch of sensors.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to carry.
+
+    Attributes
+    ----------
+    sampling_rate_hz : float
+        Rate of the network, at which samples come where no intervals are given.
+    start_up_s : float
+        Time in movement before the network takes over, s.
+    state_size : int
+        Length of the state.
+    """
+
+    def __init__(self, checkpoint: Checkpoint) -> None:
+        super().__init__()
+        self.clocked = ClockedRecurrence(checkpoint)
+        self.sampling_rate_hz = float(checkpoint.model.sampling_rate_hz)
+        self.start_up_s = float(checkpoint.start_up.duration_s)
+        self.state_size = self.clocked.state_size
+
+    @torch.jit.export
+    def start(self, initial_angles: Tensor | None = None, batch: list[int] | None = None) -> Tensor:
+        """Make the state before the first sample, on the device of the module.
+
+        Parameters
+        ----------
+        initial_angles : Tensor, shape (..., 3), optional
+            Known start pose, rad; standing upright is zero. None where it is unknown.
+        batch : list of int, optional
+            Leading dimensions of the state; those of the start pose if not given.
+
+        Returns
+        -------
+        Tensor, shape (..., state_size)
+            For `step`.
+        """
+        like = self.clocked.interval_s
+        lead: list[int] = []
+        if batch is not None:
+            lead = batch
+        elif initial_angles is not None:
+            lead = list(initial_angles.shape[:-1])
+        known = torch.zeros(lead, dtype=like.dtype, device=like.device).unsqueeze(-1)
+        angles = torch.cat([known] * 3, dim=-1)
+        if initial_angles is not None:
+            angles = angles + initial_angles.to(dtype=like.dtype, device=like.device)
+            known = known + 1.0
+        return self.clocked.start(angles, known)
+
+    @torch.jit.export
+    def step(
+        self, axis_rates: Tensor, state: Tensor, interval_s: Tensor | None = None
+    ) -> tuple[Tensor, Tensor]:
+        """Advance by one sample.
+
+        Parameters
+        ----------
+        axis_rates : Tensor, shape (..., 3)
+            Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s; NaN
+            where missing.
+        state : Tensor, shape (..., state_size)
+            From `start` or the sample before; not changed.
+        interval_s : Tensor, shape (...), optional
+            Time since the sample before, missing or not, s; that of the network if not given.
+
+        Returns
+        -------
+        angles : Tensor, shape (..., 3)
+            Sagittal, frontal and transverse angle, rad; NaN where the sample is missing.
+        state : Tensor, shape (..., state_size)
+            For the next sample.
+        """
+        rates = axis_rates.to(state.dtype)
+        intervals = torch.zeros_like(state[..., 0:1]) + self.clocked.interval_s
+        if interval_s is not None:
+            intervals = torch.zeros_like(intervals) + interval_s.to(state.dtype).unsqueeze(-1)
+        there, ticks, back, apart, clock = self.clocked.arrive(rates, intervals, state)
+        number = torch.ones_like(self.clocked.interval_s)
+        for _ in range(int(ticks.max())):
+            state = self.clocked.tick(number, ticks, back, apart, rates, state)
+            number = number + 1.0
+        return self.clocked.depart(there, clock, state)
+
+    def forward(
+        self,
+        axis_rates: Tensor,
+        initial_angles: Tensor | None = None,
+        interval_s: Tensor | None = None,
+    ) -> Tensor:
+        """Run over whole recordings.
+
+        Parameters
+        ----------
+        axis_rates : Tensor, shape (..., N, 3)
+            As for `step`.
+        initial_angles : Tensor, shape (..., 3), optional
+            As for `start`.
+        interval_s : Tensor, shape (..., N), optional
+            As for `step`.
+
+        Returns
+        -------
+        Tensor, shape (..., N, 3)
+            Angles, rad.
+        """
+        state = self.start(initial_angles, list(axis_rates.shape[:-2]))
+        angles = torch.zeros(axis_rates.shape, dtype=state.dtype, device=state.device)
+        for k in range(axis_rates.shape[-2]):
+            passed: Tensor | None = None
+            if interval_s is not None:
+                passed = interval_s[..., k]
+            angles[..., k, :], state = self.step(axis_rates[..., k, :], state, passed)
+        return angles
+
+
+def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
     """Compile a network with its start-up.
 
     Parameters
     ----------
     checkpoint : Checkpoint
         What to carry.
+    dtype : torch.dtype
+        Type of all numbers.
 
     Returns
     -------
-    torch.jit.ScriptModule
-        With `start`, `step` and a call over a whole recording, as
-        `narx.export.module.exported`.
+    bytes
+        Content of the file, for `stamped`.
     """
+    buffer = io.BytesIO()
     with warnings.catch_warnings():
-        # newer torch would rather have torch.export, which holds no loop over samples
+        # newer torch would rather have torch.export
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        return torch.jit.script(exported(checkpoint).eval())
+        module = torch.jit.script(ScriptedNarx(checkpoint).to(dtype).eval())
+        torch.jit.save(module, buffer, _extra_files={IDENTITY_FILE: ""})
+    return buffer.getvalue()
 
 
-def write(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
-    """Write a network as TorchScript.
+def stamped(data: bytes, identity: str) -> bytes:
+    """Put another identity into a file of torch's, and leave out where its code came from.
 
     Parameters
     ----------
-    checkpoint : Checkpoint
-        What to carry.
-    path : path-like
-        Where to, usually ``*.pt``.
+    data : bytes
+        From ``torch.jit.save`` or ``torch.export.save``.
+    identity : str
+        What the file says of itself.
+
+    Returns
+    -------
+    bytes
+        The same program; the same bytes for the same one, since the records bear no date.
     """
-    module = scripted(checkpoint)
-    content = io.BytesIO()  # torch refuses file names without a suffix
+    changed = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(changed, "w") as other:
+        for record in archive.infolist():
+            name = record.filename
+            if name.endswith(".debug_pkl"):  # paths of sources
+                continue
+            itself = name.endswith(f"extra/{IDENTITY_FILE}")
+            content = identity.encode() if itself else archive.read(record)
+            other.writestr(zipfile.ZipInfo(name), content)
+    return changed.getvalue()
+
+
+def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, start: Tensor | None) -> Tensor:
+    """Load a file and run it over recordings.
+
+    Parameters
+    ----------
+    data : bytes
+        From `build`.
+    axis_rates : Tensor, shape (B, N, 3)
+        Gyroscope, rad/s.
+    interval_s : Tensor, shape (B, N)
+        Times since the samples before, s.
+    start : Tensor, shape (B, 3), or None
+        Known start poses, rad.
+
+    Returns
+    -------
+    Tensor, shape (B, N, 3)
+        Angles, rad.
+    """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        torch.jit.save(module, content)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(content.getvalue())
+        module = torch.jit.load(io.BytesIO(data))
+    with torch.no_grad():
+        angles: Tensor = module(axis_rates, start, interval_s)
+    return angles

@@ -33,6 +33,8 @@ def test_torchscript_file_gives_the_angles_of_the_package(run_command, network, 
     )
     assert (status, err) == (0, "")
     assert str(output) in out
+    assert "rad from the package" in out
+    assert network.sha256[:12] in out
     rates = np.random.default_rng(0).normal(size=(300, 3))
     signals = SegmentSignals("thigh", 50.0, rates, np.zeros_like(rates))
     angles = torch.jit.load(output)(torch.from_numpy(rates)).numpy()
@@ -44,7 +46,8 @@ def test_torchscript_file_gives_the_angles_of_the_package(run_command, network, 
     ("name", "options", "files"),
     [
         ("torch_export", [], ["narx.pt2"]),
-        ("c", ["precision=float"], ["narx.c", "narx.h"]),
+        ("c", ["precision=double"], ["narx.c", "narx.h"]),
+        ("torchscript", ["precision=float", "verify=false"], ["narx.pt"]),
     ],
 )
 def test_other_formats(run_command, saved, tmp_path, name, options, files):
@@ -62,7 +65,6 @@ def test_other_formats(run_command, saved, tmp_path, name, options, files):
         (["format=torchscript"], "output"),
         (["format=matlab", "output=new/x"], "format is 'matlab', expected one of torchscript"),
         (["format=c", "output=new/x.pt"], "expected a name that ends in .c"),
-        (["output=new/x.pt", "precision=float"], "precision=float is for format=c"),
         (["output=new/x.pt", "checkpoint=missing.pt"], "no file 'missing.pt'"),
         (["output=new/x.pt", "checkpoint=own.pt"], "axis_scaling is 'own'"),
         (["output=new/x.pt", "checkpoint=cut.pt"], "'cut.pt' is not a network"),

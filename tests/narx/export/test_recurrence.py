@@ -1,37 +1,47 @@
+"""The equations in torch operations, with their clock, against the package."""
+
 import numpy as np
 import pytest
 import torch
 
 from narx.errors import MethodNotApplicableError
-from narx.export.recurrence import ExportedNarx, StepGraph, description
+from narx.export.recurrence import Recurrence
+from narx.export.torchscript import ScriptedNarx
 from narx.inference.stream import OrientationStream
+
+# the package takes tanh, sine and cosine from rational approximations
+ATOL_RAD = 1e-9
 
 
 def tensor(angles):
     return None if angles is None else torch.from_numpy(angles)
 
 
-def run(step, state, rates):
-    angles = []
-    for sample in torch.from_numpy(rates):
-        one, state = step(sample, state)
-        angles.append(one)
-    return torch.stack(angles).numpy()
-
-
-# the package's loop takes tanh, sine and cosine from rational approximations
-ATOL_RAD = 1e-8
-
-
 def test_whole_recording_and_sample_by_sample_equal_the_package(checkpoint, rates, expected):
-    narx = ExportedNarx(checkpoint)
+    narx = ScriptedNarx(checkpoint)
     for start, angles in expected.values():
         whole = narx(torch.from_numpy(rates), tensor(start)).numpy()
         np.testing.assert_allclose(whole, angles, atol=ATOL_RAD, rtol=0)
         assert np.nanmax(np.abs(whole)) > 0.1
-        for step in (narx.step, StepGraph(narx)):
-            pieces = run(step, narx.start(tensor(start)), rates)
-            np.testing.assert_allclose(pieces, whole, atol=1e-13, rtol=0)
+        state = narx.start(tensor(start))
+        for k, sample in enumerate(torch.from_numpy(rates)):
+            one, state = narx.step(sample, state)
+            np.testing.assert_array_equal(one, whole[k])
+
+
+@pytest.mark.parametrize("checkpoint", ["default", "longer_delays"], indirect=True)
+def test_sensors_with_time_stamps_equal_the_package(checkpoint, rates):
+    """Each with losses, jitter and pauses of its own."""
+    rng = np.random.default_rng(0)
+    several = np.stack([rates, np.roll(rates, 40, axis=0), rates[::-1]])
+    intervals = 0.04 * rng.uniform([[1.0], [0.2], [0.7]], [[1.0], [1.0], [2.2]], (3, len(rates)))
+    starts = rng.normal(size=(3, 3))
+    stream = OrientationStream(checkpoint.method(), 25.0, n_sensors=3, initial_angles_rad=starts)
+    angles = stream.update_block(several, np.cumsum(intervals, axis=1)).angles_rad
+    narx = ScriptedNarx(checkpoint)
+    result = narx(torch.from_numpy(several), tensor(starts), torch.from_numpy(intervals))
+    np.testing.assert_allclose(result, angles, atol=ATOL_RAD, rtol=0)
+    assert np.isfinite(angles).mean() > 0.9
 
 
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
@@ -41,13 +51,15 @@ def test_the_network_takes_over_after_enough_movement_as_in_the_package(checkpoi
     start = start_up.begin(np.zeros(3))
     taken = len(start_up.run(rates, 1 / 25.0, start))
     assert start_up.duration_s < (taken - 25) / 25.0 < 5.0  # there was standing in between
-    narx = ExportedNarx(checkpoint)
-    state = narx.start(torch.zeros(3))
+    recurrence = Recurrence(checkpoint)
+    state = recurrence.start(torch.zeros(3).double(), torch.ones(1).double())
     for sample in torch.from_numpy(rates[: taken + 1]):
-        before, state = state, narx.step(sample, state)[1]
+        before, state = state, recurrence.advance(sample, state)
     # the start-up's part of the state is the package's, and stays once the network works
-    np.testing.assert_allclose(before[:14], start, atol=1e-12, rtol=0)
-    np.testing.assert_array_equal(state[:17], before[:17])
+    counted = before[:14].clone()
+    counted[10:12] /= 25.0  # samples there, times here
+    np.testing.assert_allclose(counted, start, atol=1e-12, rtol=0)
+    np.testing.assert_array_equal(state[3:17], before[3:17])
     posture, *_ = start_up.hand_over(start, 1 / 25.0)
     np.testing.assert_allclose(state[14:17], posture, atol=1e-12, rtol=0)
     assert np.abs(posture).min() > 1e-3
@@ -56,32 +68,39 @@ def test_the_network_takes_over_after_enough_movement_as_in_the_package(checkpoi
     assert state[17:20].all()
 
 
-def test_sample_by_sample_equals_the_package_stream(checkpoint, rates):
-    narx = ExportedNarx(checkpoint)
-    expected = OrientationStream(checkpoint.method(), 25.0).update_block(rates).angles_rad
-    np.testing.assert_allclose(run(narx.step, narx.start(), rates), expected, atol=1e-12, rtol=0)
-
-
-def test_a_missing_sample_leaves_the_state_alone(checkpoint):
-    narx = ExportedNarx(checkpoint)
+def test_a_missing_sample_leaves_all_but_the_time_alone(checkpoint):
+    narx = ScriptedNarx(checkpoint)
     state = narx.start(torch.tensor([0.1, 0.2, 0.3]))
-    for bad in (float("nan"), float("inf")):
-        for step in (narx.step, StepGraph(narx)):
-            angles, after = step(torch.tensor([0.1, bad, 0.1], dtype=torch.float64), state)
-            assert angles.isnan().all()
-            assert torch.equal(after, state)
+    for bad in (float("nan"), float("inf"), -3e38):
+        angles, after = narx.step(torch.tensor([0.1, bad, 0.1], dtype=torch.float64), state)
+        assert angles.isnan().all()
+        assert torch.equal(after[:-2], state[:-2])
+        assert after.isfinite().all()
 
 
-def test_state_is_as_long_as_said(checkpoint):
-    narx = ExportedNarx(checkpoint)
-    assert narx.start().shape == (narx.state_size,)
-    assert description(narx)["start_state"] == narx.start().tolist()
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_no_interval_leaves_nan_in_the_state(checkpoint):
+    narx, rates = ScriptedNarx(checkpoint), torch.ones(3, dtype=torch.float64)
+    _, state = narx.step(rates, narx.start())
+    for bad in (0.0, -1.0, float("nan"), float("inf"), 1e300):
+        _, after = narx.step(rates, state, torch.tensor(bad, dtype=torch.float64))
+        assert after.isfinite().all()
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_type_and_device_are_those_of_the_module(checkpoint):
+    narx = ScriptedNarx(checkpoint).to(torch.float32)
+    state = narx.start(batch=[2, 4])
+    assert state.shape == (2, 4, narx.state_size)
+    angles, state = narx.step(torch.zeros(2, 4, 3, dtype=torch.float64), state)
+    assert angles.dtype == state.dtype == torch.float32
+    assert ScriptedNarx(checkpoint).to("meta").start(batch=[5]).device.type == "meta"
 
 
 def test_nothing_in_nothing_out(checkpoint):
-    assert ExportedNarx(checkpoint)(torch.empty(0, 3)).shape == (0, 3)
+    assert ScriptedNarx(checkpoint)(torch.empty(0, 3)).shape == (0, 3)
 
 
 def test_own_scaling_is_refused(own_scaling):
     with pytest.raises(MethodNotApplicableError, match=r"axis_scaling is 'own'.*whole recording"):
-        ExportedNarx(own_scaling)
+        Recurrence(own_scaling)

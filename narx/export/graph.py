@@ -1,0 +1,114 @@
+"""Whole sequences of many sensors as one graph of operations, for torch.export and ONNX."""
+
+import torch
+from torch import Tensor, nn
+from torch._higher_order_ops.scan import scan
+from torch._higher_order_ops.while_loop import while_loop
+
+from narx.export.clocked import ClockedRecurrence
+from narx.inference.checkpoint import Checkpoint
+
+INPUTS = ("axis_rates", "interval_s", "state")
+OUTPUTS = ("angles", "new_state")
+
+
+class SequenceGraph(nn.Module):
+    """The clocked recurrence over N samples of B sensors: a scan over samples, a loop over ticks.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to carry.
+    """
+
+    def __init__(self, checkpoint: Checkpoint) -> None:
+        super().__init__()
+        self.clocked = ClockedRecurrence(checkpoint)
+
+    def forward(
+        self, axis_rates: Tensor, interval_s: Tensor, state: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Advance by N samples.
+
+        Parameters
+        ----------
+        axis_rates : Tensor, shape (B, N, 3)
+            Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s; NaN
+            where missing.
+        interval_s : Tensor, shape (B, N)
+            Time since the sample before, missing or not, s.
+        state : Tensor, shape (B, state_size)
+            The state to start from, or of the call before.
+
+        Returns
+        -------
+        angles : Tensor, shape (B, N, 3)
+            Sagittal, frontal and transverse angle, rad; NaN where the sample is missing.
+        new_state : Tensor, shape (B, state_size)
+            For the next call.
+        """
+        clocked = self.clocked
+
+        def sample(state: Tensor, arriving: Tensor) -> tuple[Tensor, Tensor]:
+            # the operators of higher order want no two of their inputs in one memory
+            rates = arriving[..., :3].clone()
+            there, ticks, back, apart, clock = clocked.arrive(rates, arriving[..., 3:], state)
+
+            def due(number: Tensor, state: Tensor) -> Tensor:
+                return number <= ticks.max()
+
+            def tick(number: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+                return number + 1.0, clocked.tick(number, ticks, back, apart, rates, state)
+
+            first = torch.ones((), dtype=state.dtype, device=state.device)
+            _, state = while_loop(due, tick, (first, state))
+            angles, state = clocked.depart(there, clock, state)
+            return state, angles
+
+        arriving = torch.cat([axis_rates, interval_s.unsqueeze(-1)], dim=-1).transpose(0, 1)
+        state, angles = scan(sample, state, arriving, dim=0)
+        return angles.transpose(0, 1), state
+
+    def example(self, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
+        """Make inputs to trace the graph with.
+
+        Parameters
+        ----------
+        dtype : torch.dtype
+            Type of all numbers.
+
+        Returns
+        -------
+        axis_rates, interval_s, state : Tensor
+            Of three samples of two sensors.
+        """
+        start = self.clocked.start(torch.zeros(2, 3, dtype=dtype), torch.zeros(2, 1, dtype=dtype))
+        interval_s = self.clocked.interval_s.expand(2, 3).clone()
+        return torch.zeros(2, 3, 3, dtype=dtype), interval_s, start
+
+
+def program(checkpoint: Checkpoint, dtype: torch.dtype) -> torch.export.ExportedProgram:
+    """Trace the graph for any number of sensors and samples.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What to carry.
+    dtype : torch.dtype
+        Type of all numbers.
+
+    Returns
+    -------
+    torch.export.ExportedProgram
+        As `SequenceGraph`, without a word on where its source lies.
+    """
+    graph = SequenceGraph(checkpoint).to(dtype).eval()
+    sensors, samples = torch.export.Dim("sensors"), torch.export.Dim("samples")
+    shapes = ({0: sensors, 1: samples}, {0: sensors, 1: samples}, {0: sensors})
+    with torch.no_grad():
+        exported = torch.export.export(graph, graph.example(dtype), dynamic_shapes=shapes)
+    for module in exported.graph_module.modules():
+        for node in getattr(module, "graph", torch.fx.Graph()).nodes:
+            for key in ("stack_trace", "nn_module_stack", "source_fn_stack", "from_node"):
+                node.meta.pop(key, None)
+    return exported

@@ -1,0 +1,122 @@
+"""What an exported file says of itself, and how it is read back."""
+
+import json
+import math
+import re
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import torch
+
+import narx
+from narx.errors import UserError
+from narx.export.clocked import ClockedRecurrence
+from narx.inference.checkpoint import Checkpoint
+from narx.method import RATE_LIMIT_RAD_S, longest_gap_s
+
+PACKAGE_NAME = "narx-orientation"
+# of C, in the header
+_DEFINITION = re.compile(r'^#define NARX_IDENTITY ("(?:[^"\\]|\\.)*")$', re.MULTILINE)
+_NOTHING: tuple[None, None, None] = (None, None, None)
+
+
+def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict[str, Any]:
+    """Describe an export.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What it carries.
+    export_format : str
+        Its format.
+    precision : {"double", "float"}
+        Type of its numbers.
+
+    Returns
+    -------
+    dict
+        Plain numbers, strings, lists and dictionaries; None where something is not known.
+    """
+    clocked = ClockedRecurrence(checkpoint)
+    rate_hz = float(checkpoint.model.sampling_rate_hz)
+    start = clocked.start(torch.zeros(3), torch.zeros(1))
+    # where it differs from a known one
+    known = clocked.start(torch.tensor([1.0, 2.0, 3.0]), torch.tensor([4.0])).tolist()
+    return {
+        "package": PACKAGE_NAME,
+        "version": narx.__version__,
+        "checkpoint_sha256": checkpoint.sha256,
+        "format": export_format,
+        "precision": precision,
+        "sampling_rate_hz": rate_hz,
+        "axes": ["sagittal", "frontal", "transverse"],
+        "axis_rates": {
+            "unit": "rad/s",
+            "limit": RATE_LIMIT_RAD_S,
+            "right_leg": "(-y, -x, z) of a gyroscope with x forward, y left, z up",
+            "left_leg": "(-y, x, -z) of a gyroscope with x forward, y left, z up",
+            "bias": "removed before",
+        },
+        "angles": {"unit": "rad", "positive": "flexion, abduction, internal rotation"},
+        "longest_bridged_gap_s": longest_gap_s(1.0 / rate_hz),
+        "start_up_s": checkpoint.start_up.duration_s,
+        "washout_s": checkpoint.washout_s,
+        "error_std_rad": _known(checkpoint.error_std_rad),
+        "start_std_rad": _known(checkpoint.start_std_rad),
+        "start_state": start.tolist(),
+        "known_start": {
+            "angles_at": [known.index(number) for number in (1.0, 2.0, 3.0)],
+            "one_at": known.index(4.0),
+        },
+    }
+
+
+def _known(stds: tuple[float, ...] | None) -> list[float | None]:
+    return [None if std is None or math.isnan(std) else float(std) for std in stds or _NOTHING]
+
+
+def read_identity(path: str | Path) -> dict[str, Any]:
+    """Read what an exported file says of itself.
+
+    Parameters
+    ----------
+    path : path-like
+        Any file that `narx.export.write` made; of C the source or the header.
+
+    Returns
+    -------
+    dict
+        As `identity`, with ``verification``.
+
+    Raises
+    ------
+    UserError
+        If the file is not there or no export.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise UserError(f"export: no file '{path}'")
+    try:
+        text = _text_of(file)
+        content = json.loads(text)
+    except (ValueError, KeyError, OSError, StopIteration, zipfile.BadZipFile) as error:
+        raise UserError(f"export: '{path}' is no file that narx.export.write made") from error
+    if not isinstance(content, dict) or content.get("package") != PACKAGE_NAME:
+        raise UserError(f"export: '{path}' is the export of another program")
+    return content
+
+
+def _text_of(file: Path) -> str:
+    if file.suffix in (".c", ".h"):
+        found = _DEFINITION.search(file.with_suffix(".h").read_text(encoding="utf-8"))
+        if found is None:
+            raise ValueError("no NARX_IDENTITY")
+        return str(json.loads(found.group(1)))
+    if zipfile.is_zipfile(file):
+        with zipfile.ZipFile(file) as archive:
+            name = next(n for n in archive.namelist() if n.endswith("extra/narx.json"))
+            return archive.read(name).decode()
+    from narx.export.onnx import read_metadata
+
+    return read_metadata(file)

@@ -1,0 +1,117 @@
+"""An export against the package, before its file appears."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from narx.errors import UserError
+from narx.inference.checkpoint import Checkpoint
+from narx.inference.stream import OrientationStream
+from narx.types import FloatArray
+
+TOLERANCE_RAD = {"double": 1e-9, "float": 1e-4}
+# what follows the start-up, s; and how many samples at most
+_AFTER_S, _MOST_SAMPLES = 8.0, 20_000
+_LOST = 0.02
+_STARTS = np.array([[0.0, 0.0, 0.0], [0.3, -0.1, 0.2]])
+
+# (axis_rates (B, N, 3), interval_s (B, N), start (B, 3) or None) -> angles (B, N, 3)
+Runner = Callable[[FloatArray, FloatArray, FloatArray | None], FloatArray]
+
+
+def signals(checkpoint: Checkpoint) -> tuple[FloatArray, FloatArray]:
+    """Make what exports are tried on.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        Gives sampling rate and length of the start-up.
+
+    Returns
+    -------
+    axis_rates : ndarray, shape (2, N, 3)
+        A walk after a second of standing, and noise; 2 % of the samples lost, in gaps of one to
+        a dozen, one beyond the limit.
+    interval_s : ndarray, shape (2, N)
+        Of the walk regular, of the noise with jitter.
+    """
+    rng = np.random.default_rng(0)
+    rate_hz = checkpoint.model.sampling_rate_hz
+    seconds = 1.0 + checkpoint.start_up.duration_s + _AFTER_S
+    n_samples = min(round(seconds * rate_hz), _MOST_SAMPLES)
+    interval_s = np.full((2, n_samples), 1.0 / rate_hz)
+    interval_s[1] *= 1.0 + 0.3 * rng.uniform(-1.0, 1.0, n_samples)
+    time_s = np.cumsum(interval_s, axis=1)
+    phase = 2.0 * np.pi * 0.9 * time_s[0, :, None]
+    axis_rates = 0.02 * rng.normal(size=(2, n_samples, 3))
+    swing = [2.0, 0.4, 0.7] * np.cos(phase) + [0.8, 0.3, 0.2] * np.cos(2 * phase + [0.5, 1.0, 2.0])
+    axis_rates[0] += np.where(time_s[0, :, None] < 1.0, 0.0, swing)
+    axis_rates[1] += rng.normal(size=(n_samples, 3))
+    axis_rates[rng.random((2, n_samples)) < _LOST] = np.nan
+    for begin in rng.integers(n_samples, size=4):
+        axis_rates[:, begin : begin + rng.integers(2, 13)] = np.nan
+    axis_rates[:, n_samples // 2, 1] = 1e30
+    return axis_rates, interval_s
+
+
+def largest_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> float:
+    """Compare an export with the package.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What it carries.
+    run : callable
+        Runs the export.
+    dtype : type
+        Of its numbers; both are given the same.
+
+    Returns
+    -------
+    float
+        Largest difference of an angle, rad, over `signals` from an unknown and a known start;
+        NaN where one has an angle and the other has none.
+    """
+    axis_rates: FloatArray
+    interval_s: FloatArray
+    axis_rates, interval_s = (np.asarray(part, dtype) for part in signals(checkpoint))
+    worst = 0.0
+    starts: tuple[FloatArray | None, ...] = (None, _STARTS.astype(dtype))
+    for start in starts:
+        stream = OrientationStream(
+            checkpoint.method(),
+            checkpoint.model.sampling_rate_hz,
+            n_sensors=2,
+            initial_angles_rad=start,
+        )
+        times = np.cumsum(interval_s.astype(np.float64), axis=1)
+        expected = stream.update_block(axis_rates, times).angles_rad
+        difference = np.abs(run(axis_rates, interval_s, start) - expected)
+        if (np.isnan(difference) != np.isnan(expected)).any():
+            return float("nan")
+        worst = max(worst, float(np.nanmax(difference)))
+    return worst
+
+
+def refuse_above_tolerance(difference_rad: float, precision: str, export_format: str) -> None:
+    """Refuse an export that is not the package's method.
+
+    Parameters
+    ----------
+    difference_rad : float
+        From `largest_difference_rad`.
+    precision : {"double", "float"}
+        Decides the tolerance.
+    export_format : str
+        For the message.
+
+    Raises
+    ------
+    UserError
+        If it is too large.
+    """
+    if not difference_rad <= TOLERANCE_RAD[precision]:
+        raise UserError(
+            f"format={export_format}: the export differs from the package by {difference_rad:.1e} "
+            f"rad, expected at most {TOLERANCE_RAD[precision]:g}; no file was written"
+        )

@@ -1,0 +1,71 @@
+"""The sequence graph: in pieces of any size it is the whole, for any number of sensors."""
+
+import json
+
+import numpy as np
+import pytest
+import torch
+
+from narx.export import write
+from narx.inference.stream import OrientationStream
+
+pytestmark = pytest.mark.slow
+
+
+def torch_export_file(path, dtype):
+    about = {"narx.json": ""}
+    module = torch.export.load(path, extra_files=about).module()
+
+    def run(rates, intervals, state):
+        angles, state = module(*(torch.from_numpy(part) for part in (rates, intervals, state)))
+        return angles.numpy(), state.numpy()
+
+    return run, json.loads(about["narx.json"])
+
+
+def onnx_file(path, dtype):
+    runtime = pytest.importorskip("onnxruntime")
+    options = runtime.SessionOptions()
+    options.log_severity_level = 3
+    session = runtime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+
+    def run(rates, intervals, state):
+        feed = {"axis_rates": rates, "interval_s": intervals, "state": state}
+        return session.run(["angles", "new_state"], feed)
+
+    return run, json.loads(session.get_modelmeta().custom_metadata_map["narx"])
+
+
+@pytest.mark.parametrize(
+    ("name", "suffix", "load"),
+    [("torch_export", "pt2", torch_export_file), ("onnx", "onnx", onnx_file)],
+)
+@pytest.mark.parametrize(
+    ("checkpoint", "precision", "dtype", "atol_rad"),
+    [("longer_delays", "double", np.float64, 1e-9), ("default", "float", np.float32, 1e-4)],
+    indirect=["checkpoint"],
+)
+def test_pieces_of_several_sensors_equal_the_package(
+    checkpoint, precision, dtype, atol_rad, name, suffix, load, rates, tmp_path
+):
+    if name == "onnx":
+        pytest.importorskip("onnxscript")
+    path = tmp_path / f"narx.{suffix}"
+    write(checkpoint, path, name, precision)
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+    run, about = load(path, dtype)
+    several = np.stack([rates, rates[::-1], np.roll(rates, 30, axis=0)]).astype(dtype)
+    starts = np.array([[0.3, -0.1, 0.2], [0.0, 0.0, 0.0], [-0.2, 0.1, 0.0]], dtype)
+    intervals = np.full(several.shape[:2], 0.04, dtype)
+    state = np.tile(np.array(about["start_state"], dtype), (3, 1))
+    state[:, about["known_start"]["angles_at"]] = starts
+    state[:, about["known_start"]["one_at"]] = 1.0
+    stream = OrientationStream(checkpoint.method(), 25.0, n_sensors=3, initial_angles_rad=starts)
+    for piece, passed in zip(
+        np.split(several, [1, 2, 20, 100], axis=1),
+        np.split(intervals, [1, 2, 20, 100], axis=1),
+        strict=True,
+    ):
+        angles, state = run(np.ascontiguousarray(piece), np.ascontiguousarray(passed), state)
+        expected = stream.update_block(piece).angles_rad
+        np.testing.assert_allclose(angles, expected, atol=atol_rad, rtol=0)

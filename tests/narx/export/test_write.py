@@ -1,0 +1,141 @@
+"""One way to write, and never a file that is not right."""
+
+import importlib.util
+import shutil
+
+import numpy as np
+import pytest
+import torch
+
+import narx
+from narx.errors import UserError
+from narx.export import onnx, read_identity, torchscript, verification, write
+
+FILES = {
+    "torchscript": ["narx.pt"],
+    "torch_export": ["narx.pt2"],
+    "onnx": ["narx.onnx"],
+    "c": ["narx.c", "narx.h"],
+}
+
+
+def needs(name):
+    if name == "onnx":
+        for library in ("onnx", "onnxscript", "onnxruntime"):
+            pytest.importorskip(library)
+    if name == "c" and not any(map(shutil.which, ("cc", "gcc", "clang"))):
+        pytest.skip("no C compiler")
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+@pytest.mark.parametrize(
+    "name",
+    [
+        "torchscript",
+        "c",
+        *(pytest.param(n, marks=pytest.mark.slow) for n in ("torch_export", "onnx")),
+    ],
+)
+def test_a_file_says_what_it_is_and_not_where_it_was_made(checkpoint, name, tmp_path, request):
+    needs(name)
+    about = write(checkpoint, tmp_path / FILES[name][0], name)
+    assert sorted(path.name for path in tmp_path.iterdir()) == FILES[name]
+    for file in FILES[name]:
+        assert read_identity(tmp_path / file) == about
+        content = (tmp_path / file).read_bytes()
+        for folder in (str(request.config.rootpath), str(tmp_path), "site-packages", "/home"):
+            assert folder.encode() not in content
+    assert about["version"] == narx.__version__
+    assert about["checkpoint_sha256"] == checkpoint.sha256
+    assert about["precision"] == ("float" if name == "c" else "double")
+    assert about["error_std_rad"] == [None, None, None]
+    verified = about["verification"]
+    assert 0.0 < verified["largest_difference_rad"] < verified["tolerance_rad"]
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_the_same_network_is_the_same_file(checkpoint, tmp_path):
+    for name in ("a.pt", "b.pt"):
+        write(checkpoint, tmp_path / name, verify=False)
+    assert (tmp_path / "a.pt").read_bytes() == (tmp_path / "b.pt").read_bytes()
+    assert read_identity(tmp_path / "a.pt")["verification"] is None
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+@pytest.mark.parametrize("error_rad", [2e-9, np.nan])
+def test_no_file_where_the_export_is_another_method(checkpoint, tmp_path, monkeypatch, error_rad):
+    right = torchscript.run
+
+    def wrong(*arguments):
+        angles = right(*arguments)
+        angles[1, -1, 2] += error_rad
+        return angles
+
+    monkeypatch.setattr(torchscript, "run", wrong)
+    with pytest.raises(UserError, match=r"differs from the package by .* expected at most 1e-09"):
+        write(checkpoint, tmp_path / "narx.pt")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_it_is_tried_on_what_may_come(checkpoint):
+    rates, interval_s = verification.signals(checkpoint)
+    missing = np.isnan(rates).any(axis=2)
+    assert 0.01 < missing.mean() < 0.2
+    assert np.nanmax(rates) > 1e20
+    assert np.ptp(interval_s[0]) == 0.0
+    assert np.ptp(interval_s[1]) > 0.01
+    # the network works for a while
+    assert np.isfinite(rates).all(axis=2).sum(axis=1).min() / 25.0 > 1.0 + 3.0 + 5.0
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_mistakes_are_one_line_and_leave_nothing(checkpoint, tmp_path, monkeypatch):
+    for arguments, reason in (
+        (("narx.m", "matlab"), "format is 'matlab', expected one of torchscript, torch_export"),
+        (("narx.pt", "torchscript", "half"), "precision is 'half', expected one of double, float"),
+        (("narx.txt", "c"), r"narx\.txt', expected a name that ends in \.c for format=c"),
+        (("narx.pt", "torch_export"), r"narx\.pt', expected a name that ends in \.pt2"),
+    ):
+        with pytest.raises(UserError, match=reason):
+            write(checkpoint, tmp_path / arguments[0], *arguments[1:])
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(UserError, match=r"no C compiler \(cc, gcc, clang\).*verify=false"):
+        write(checkpoint, tmp_path / "narx.c", "c")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(UserError, match=r"^format=onnx needs onnx and onnxscript.*pip install"):
+        onnx.check_libraries()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("checkpoint", ["no_washout"], indirect=True)
+def test_a_network_that_cannot_run_is_not_exported(checkpoint, tmp_path):
+    model = checkpoint.model
+    weights, rate_hz = model.weights.detach().clone(), model.sampling_rate_hz
+    try:
+        with torch.no_grad():
+            model.weights[0] = np.nan
+        with pytest.raises(UserError, match="weight of the network is not finite"):
+            write(checkpoint, tmp_path / "narx.pt")
+        with torch.no_grad():
+            model.weights.copy_(weights)
+        model.sampling_rate_hz = -100.0
+        with pytest.raises(UserError, match=r"sampling_rate_hz is -100\.0"):
+            write(checkpoint, tmp_path / "narx.pt")
+    finally:
+        model.sampling_rate_hz = rate_hz
+        with torch.no_grad():
+            model.weights.copy_(weights)
+    assert not list(tmp_path.iterdir())
+
+
+def test_another_file_has_no_identity(tmp_path):
+    with pytest.raises(UserError, match="no file"):
+        read_identity(tmp_path / "none.pt")
+    torch.save([1], tmp_path / "other.pt")
+    (tmp_path / "narx.c").write_text("int main(void) { return 0; }\n")
+    (tmp_path / "narx.h").write_text('#define NARX_IDENTITY "{}"\n')
+    (tmp_path / "text.h").write_text("#define OTHER\n")
+    for name in ("other.pt", "narx.c", "text.h"):
+        with pytest.raises(UserError, match="no file that narx.export|export of another program"):
+            read_identity(tmp_path / name)
