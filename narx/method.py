@@ -88,6 +88,8 @@ class OrientationMethod(ABC):
     name: ClassVar[str]
     needs_accelerometer: ClassVar[bool] = False
     streams: ClassVar[bool] = False
+    # whether short gaps are interpolated across before it sees them; else it counts their time
+    bridges_gaps: ClassVar[bool] = True
 
     def estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles of a whole recording.

@@ -17,6 +17,7 @@ from numpy.polynomial import chebyshev, polynomial
 
 import narx
 from narx.errors import UserError
+from narx.export.c_values import tracked_values
 from narx.export.recurrence import refuse_own_scaling, samples_in_movement
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.washout import washout_gain
@@ -52,7 +53,9 @@ def build(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
     dict of str to str
         Source and header by their suffixes, for `stamped`.
     """
-    values = _values(checkpoint, _SUFFIX[precision]) | {
+    tracked = checkpoint.tracker is not None
+    values_of, template = (tracked_values, "template_tracked") if tracked else (_values, "template")
+    values = values_of(checkpoint, _SUFFIX[precision]) | {
         "title": f"NARX orientation network at {checkpoint.model.sampling_rate_hz:g} Hz",
         "version": narx.__version__,
         "sha256": checkpoint.sha256,
@@ -62,7 +65,7 @@ def build(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
     folder = resources.files("narx.export")
     return {
         suffix: Template(
-            (folder / f"template{suffix}").read_text(encoding="utf-8")
+            (folder / f"{template}{suffix}").read_text(encoding="utf-8")
         ).safe_substitute(values)
         for suffix in (".c", ".h")
     }
@@ -121,7 +124,7 @@ def compiler() -> str:
 def run(
     files: dict[str, str],
     axis_rates: FloatArray,
-    interval_s: FloatArray,
+    interval_s: FloatArray | None,
     start: FloatArray | None,
 ) -> FloatArray:
     """Compile and run the code over recordings.
@@ -132,8 +135,8 @@ def run(
         From `stamped`.
     axis_rates : ndarray, shape (B, N, 3)
         Gyroscope, rad/s, in the precision of the code.
-    interval_s : ndarray, shape (B, N)
-        Times since the samples before, s.
+    interval_s : ndarray, shape (B, N), or None
+        Times since the samples before, s; None for ``narx_step``, which knows none.
     start : ndarray, shape (B, 3), or None
         Known start poses, rad.
 
@@ -149,6 +152,8 @@ def run(
         command = [compiler(), *FLAGS, source, "-o", "narx.so", "-lm"]
         subprocess.run(command, cwd=folder, check=True, capture_output=True)
         library = ctypes.CDLL(str(Path(folder) / "narx.so"))
+    if interval_s is None:
+        return _run_steps(library, axis_rates, start)
     real = ctypes.c_float if axis_rates.dtype == np.float32 else ctypes.c_double
     library.narx_step_after.argtypes = [ctypes.c_void_p, real, ctypes.c_void_p, ctypes.c_void_p]
     library.narx_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
@@ -162,6 +167,19 @@ def run(
             library.narx_step_after(
                 state, interval, axis_rates[sensor, k].ctypes.data, angles[sensor, k].ctypes.data
             )
+    return angles
+
+
+def _run_steps(library: ctypes.CDLL, inputs: FloatArray, start: FloatArray | None) -> FloatArray:
+    library.narx_step.argtypes = [ctypes.c_void_p] * 3
+    library.narx_start.argtypes = [ctypes.c_void_p] * 2
+    angles = np.empty((*inputs.shape[:2], 3), inputs.dtype)
+    for sensor in range(len(inputs)):
+        state = ctypes.create_string_buffer(1 << 16)
+        pose = None if start is None else np.ascontiguousarray(start[sensor], inputs.dtype)
+        library.narx_start(state, None if pose is None else pose.ctypes.data)
+        for sample, row in zip(inputs[sensor], angles[sensor], strict=True):
+            library.narx_step(state, sample.ctypes.data, row.ctypes.data)
     return angles
 
 

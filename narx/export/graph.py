@@ -1,14 +1,18 @@
 """Whole sequences of many sensors as one graph of operations, for torch.export and ONNX."""
 
+from typing import Any
+
 import torch
 from torch import Tensor, nn
 from torch._higher_order_ops.scan import scan
 from torch._higher_order_ops.while_loop import while_loop
 
 from narx.export.clocked import ClockedRecurrence
+from narx.export.tracked import ExportedTracked
 from narx.inference.checkpoint import Checkpoint
 
 INPUTS = ("axis_rates", "interval_s", "state")
+TRACKED_INPUTS = ("axis_rates", "state")
 OUTPUTS = ("angles", "new_state")
 
 
@@ -100,13 +104,24 @@ def program(checkpoint: Checkpoint, dtype: torch.dtype) -> torch.export.Exported
     Returns
     -------
     torch.export.ExportedProgram
-        As `SequenceGraph`, without a word on where its source lies.
+        As `SequenceGraph`, or `narx.export.tracked.TrackedStep` of a network with a tracker;
+        without a word on where its source lies.
     """
+    if checkpoint.tracker is not None:
+        narx = ExportedTracked(checkpoint)
+        inputs = torch.zeros(narx.n_inputs, dtype=torch.float64)
+        return _traced(narx.one_step.eval(), (inputs, narx.start()), None)
     graph = SequenceGraph(checkpoint).to(dtype).eval()
     sensors, samples = torch.export.Dim("sensors"), torch.export.Dim("samples")
     shapes = ({0: sensors, 1: samples}, {0: sensors, 1: samples}, {0: sensors})
+    return _traced(graph, graph.example(dtype), shapes)
+
+
+def _traced(
+    graph: nn.Module, example: tuple[Tensor, ...], shapes: Any
+) -> torch.export.ExportedProgram:
     with torch.no_grad():
-        exported = torch.export.export(graph, graph.example(dtype), dynamic_shapes=shapes)
+        exported = torch.export.export(graph, example, dynamic_shapes=shapes)
     for module in exported.graph_module.modules():
         for node in getattr(module, "graph", torch.fx.Graph()).nodes:
             for key in ("stack_trace", "nn_module_stack", "source_fn_stack", "from_node"):

@@ -12,6 +12,7 @@ import torch
 import narx
 from narx.errors import UserError
 from narx.export.clocked import ClockedRecurrence
+from narx.export.tracked import ExportedTracked
 from narx.inference.checkpoint import Checkpoint
 from narx.method import RATE_LIMIT_RAD_S, longest_gap_s
 
@@ -38,11 +39,7 @@ def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict
     dict
         Plain numbers, strings, lists and dictionaries; None where something is not known.
     """
-    clocked = ClockedRecurrence(checkpoint)
     rate_hz = float(checkpoint.model.sampling_rate_hz)
-    start = clocked.start(torch.zeros(3), torch.zeros(1))
-    # where it differs from a known one
-    known = clocked.start(torch.tensor([1.0, 2.0, 3.0]), torch.tensor([4.0])).tolist()
     return {
         "package": PACKAGE_NAME,
         "version": narx.__version__,
@@ -64,11 +61,35 @@ def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict
         "washout_s": checkpoint.washout_s,
         "error_std_rad": _known(checkpoint.error_std_rad),
         "start_std_rad": _known(checkpoint.start_std_rad),
+        **(_tracked_state(checkpoint) if checkpoint.tracker else _start_up_state(checkpoint)),
+    }
+
+
+def _start_up_state(checkpoint: Checkpoint) -> dict[str, Any]:
+    clocked = ClockedRecurrence(checkpoint)
+    start = clocked.start(torch.zeros(3), torch.zeros(1))
+    # where it differs from a known one
+    known = clocked.start(torch.tensor([1.0, 2.0, 3.0]), torch.tensor([4.0])).tolist()
+    return {
+        "inputs": "axis rates",
         "start_state": start.tolist(),
         "known_start": {
             "angles_at": [known.index(number) for number in (1.0, 2.0, 3.0)],
             "one_at": known.index(4.0),
         },
+    }
+
+
+def _tracked_state(checkpoint: Checkpoint) -> dict[str, Any]:
+    narx = ExportedTracked(checkpoint)
+    last, each = narx.state_size - 3 * narx.n_outputs, narx.n_outputs
+    aided = "axis rates, then specific force x, y, z in m/s^2"
+    return {
+        "inputs": aided if narx.n_inputs == 6 else "axis rates",
+        "start_state": narx.start().tolist(),
+        "known_start_state": narx.known_start.tolist(),
+        "known_start": "known_start_state, with the three start angles in state[0:3] and each "
+        f"{each} times from state[{last}]",
     }
 
 

@@ -23,6 +23,7 @@ extern "C" {
 typedef ${real} narx_real;
 
 #define NARX_SAMPLING_RATE_HZ ${sampling_rate_hz} /* samples must come at this rate */
+#define NARX_IDENTITY ${identity}
 #define NARX_INPUTS ${inputs}
 #define NARX_STATES ${states}
 #define NARX_PAST_RATES ${past_rates}

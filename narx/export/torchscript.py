@@ -133,13 +133,13 @@ class ScriptedNarx(nn.Module):
         return angles
 
 
-def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
+def build(module: nn.Module, dtype: torch.dtype) -> bytes:
     """Compile a network with its start-up.
 
     Parameters
     ----------
-    checkpoint : Checkpoint
-        What to carry.
+    module : torch.nn.Module
+        `ScriptedNarx` or `narx.export.tracked.ExportedTracked`.
     dtype : torch.dtype
         Type of all numbers.
 
@@ -152,8 +152,8 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
     with warnings.catch_warnings():
         # newer torch would rather have torch.export
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        module = torch.jit.script(ScriptedNarx(checkpoint).to(dtype).eval())
-        torch.jit.save(module, buffer, _extra_files={IDENTITY_FILE: ""})
+        script = torch.jit.script(module.to(dtype).eval())
+        torch.jit.save(script, buffer, _extra_files={IDENTITY_FILE: ""})
     return buffer.getvalue()
 
 

@@ -7,9 +7,12 @@ import numpy as np
 from narx.errors import UserError
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.stream import OrientationStream
+from narx.method import SegmentSignals
 from narx.types import FloatArray
 
 TOLERANCE_RAD = {"double": 1e-9, "float": 1e-4}
+# its covariances take the digits of float, and a swing counts or not by the last of them
+TRACKED_TOLERANCE_RAD = {"double": 1e-8, "float": 1e-2}
 # what follows the start-up, s; and how many samples at most
 _AFTER_S, _MOST_SAMPLES = 8.0, 20_000
 _LOST = 0.02
@@ -93,15 +96,56 @@ def largest_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> 
     return worst
 
 
-def refuse_above_tolerance(difference_rad: float, precision: str, export_format: str) -> None:
+def tracked_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> float:
+    """Compare an export with a tracker, which knows one sampling rate, with the package.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        What it carries.
+    run : callable
+        Runs the export; the intervals do not count.
+    dtype : type
+        Of its numbers.
+
+    Returns
+    -------
+    float
+        As `largest_difference_rad`.
+    """
+    axis_rates, interval_s = signals(checkpoint)
+    axis_rates[np.abs(axis_rates) > 1e3] = np.nan
+    force = np.array([0.5, -0.3, 9.7]) + 0.3 * axis_rates
+    worst = 0.0
+    starts: tuple[FloatArray | None, ...] = (None, _STARTS.astype(dtype))
+    for start in starts:
+        poses = (None, None) if start is None else start
+        given: FloatArray = np.concatenate([axis_rates, force], axis=2).astype(dtype)
+        n_inputs = 6 if checkpoint.tracker and checkpoint.tracker.aided else 3
+        found = run(np.ascontiguousarray(given[..., :n_inputs]), interval_s, start)
+        for sensor, pose in enumerate(poses):
+            rates, forces = np.split(given[sensor].astype(np.float64), 2, axis=1)
+            known = None if pose is None else np.asarray(pose, np.float64)
+            rate_hz = checkpoint.model.sampling_rate_hz
+            expected = checkpoint.method().estimate(
+                SegmentSignals("segment", rate_hz, rates, forces, known)
+            )
+            difference = np.abs(found[sensor] - expected)
+            if (np.isnan(difference) != np.isnan(expected)).any():
+                return float("nan")
+            worst = max(worst, float(np.nanmax(difference)))
+    return worst
+
+
+def refuse_above_tolerance(difference_rad: float, tolerance_rad: float, export_format: str) -> None:
     """Refuse an export that is not the package's method.
 
     Parameters
     ----------
     difference_rad : float
         From `largest_difference_rad`.
-    precision : {"double", "float"}
-        Decides the tolerance.
+    tolerance_rad : float
+        How large it may be.
     export_format : str
         For the message.
 
@@ -110,8 +154,8 @@ def refuse_above_tolerance(difference_rad: float, precision: str, export_format:
     UserError
         If it is too large.
     """
-    if not difference_rad <= TOLERANCE_RAD[precision]:
+    if not difference_rad <= tolerance_rad:
         raise UserError(
             f"format={export_format}: the export differs from the package by {difference_rad:.1e} "
-            f"rad, expected at most {TOLERANCE_RAD[precision]:g}; no file was written"
+            f"rad, expected at most {tolerance_rad:g}; no file was written"
         )

@@ -103,6 +103,7 @@ class OrientationStream:
             starts = np.ascontiguousarray(np.broadcast_to(starts, (n, 3)))
         self._recursion = method.recursion(float(sampling_rate_hz), n, starts)
         self._stds_rad = method.stds_rad()
+        self._bridges_gaps = method.bridges_gaps
         self._n_columns = 6 if method.needs_accelerometer else 3
         interval_s = 1.0 / float(sampling_rate_hz)
         self._clock = RATE_LIMIT_RAD_S, interval_s, longest_gap_s(interval_s)
@@ -160,6 +161,8 @@ class OrientationStream:
         tick_of, past = np.empty(shape, np.int64), np.empty(shape)
         quality, angles = np.empty(shape, np.int8), np.empty((*shape, 3))
         starting = np.empty(shape, np.bool_)
+        if not self._bridges_gaps:
+            return self._as_they_are(values, time_s)
         ticks, first = lay_out(
             values, intervals, *self._clock, *self._latest, tick_of, past, quality
         )
@@ -172,6 +175,21 @@ class OrientationStream:
         if self._lead:
             return Estimate(angles, std, quality)
         return Estimate(angles[0], None if std is None else std[0], quality[0])
+
+    def _as_they_are(self, values: FloatArray, time_s: ArrayLike | None) -> Estimate:
+        """Leave missing samples to the method, which counts the time that passes."""
+        if time_s is not None:
+            raise UserError("time_s: this method runs at a fixed rate; give lost samples as NaN")
+        n_sensors, n_samples = values.shape[:2]
+        first = np.arange(n_sensors + 1) * n_samples
+        angles, starting = self._recursion.advance(values.reshape(-1, values.shape[2]), first)
+        angles = angles.reshape(n_sensors, n_samples, 3)
+        quality = np.where(starting, Quality.STARTING, Quality.GOOD).astype(np.int8)
+        quality = quality.reshape(n_sensors, n_samples)
+        quality[np.isnan(angles).any(axis=2)] = Quality.MISSING
+        return (
+            Estimate(angles, None, quality) if self._lead else Estimate(angles[0], None, quality[0])
+        )
 
     def state_dict(self) -> dict[str, Any]:
         """Take a copy of the state.

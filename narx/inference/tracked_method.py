@@ -1,16 +1,18 @@
 """A trained network that learns the posture as it goes (`narx.inference.tracker`)."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from narx.errors import MethodNotApplicableError
 from narx.inference.clocks import RateConversion
 from narx.inference.narx_method import NarxMethod
 from narx.inference.tracker import PostureTracker, Tracked, Tracking
-from narx.method import SegmentSignals, Step
+from narx.method import SegmentSignals
 from narx.network.model import Narx
 from narx.recordings.resampling import contiguous_pieces
+from narx.recursion import Recursion
 from narx.types import BoolArray, FloatArray
 
 # what gyroscopes are off by that nobody has calibrated (docs/simulator.md)
@@ -35,6 +37,8 @@ class TrackedNarxMethod(NarxMethod):
         super().__init__(model, smoothing=smoothing)
         self.tracker = tracker
         self.needs_accelerometer = tracker.aided  # type: ignore[misc]
+
+    bridges_gaps = False
 
     def estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles of a whole recording.
@@ -151,7 +155,30 @@ class TrackedNarxMethod(NarxMethod):
             forward.by_network | back.by_network,
         )
 
-    def _stream(self, sampling_rate_hz: float) -> Step:
+    def recursion(
+        self, sampling_rate_hz: float, n_sensors: int, initial_angles_rad: FloatArray | None
+    ) -> Recursion:
+        """Start the method for use as samples come (`narx.inference.stream`).
+
+        Parameters
+        ----------
+        sampling_rate_hz : float
+            The network's rate.
+        n_sensors : int
+            Sensors that run side by side.
+        initial_angles_rad : ndarray, shape (n_sensors, 3), optional
+            Known start poses; None where they are unknown.
+
+        Returns
+        -------
+        Recursion
+            Gives the angles that `estimate` gives; a missing sample counts as time that passed.
+
+        Raises
+        ------
+        MethodNotApplicableError
+            If the rate is not the network's, or smoothing is asked for.
+        """
         if not np.isclose(sampling_rate_hz, self.model.sampling_rate_hz, rtol=1e-6):
             raise MethodNotApplicableError(
                 f"narx: this network runs sample by sample at {self.model.sampling_rate_hz:g} Hz, "
@@ -161,30 +188,23 @@ class TrackedNarxMethod(NarxMethod):
             raise MethodNotApplicableError(
                 "narx: smoothing needs the whole recording, use smoothing=false"
             )
-        tracking = Tracking(self.tracker, self.model, None)
+        starts = [None] * n_sensors if initial_angles_rad is None else list(initial_angles_rad)
+        return _TrackedRecursion([Tracking(self.tracker, self.model, start) for start in starts])
 
-        def step(axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
-            return tracking.follow(axis_rates[None], specific_force[None]).angles_rad[0]
 
-        return step
+@dataclass
+class _TrackedRecursion(Recursion):
+    trackings: list[Tracking]
 
-    def stream(self, sampling_rate_hz: float) -> Step:
-        """Start the method for use sample by sample.
-
-        Parameters
-        ----------
-        sampling_rate_hz : float
-            The network's rate.
-
-        Returns
-        -------
-        callable
-            ``step(axis_rates (3,), specific_force (3,)) -> angles (3,)``, equal to `estimate` on
-            the same samples; a missing sample gives NaN, and counts as time that has passed.
-
-        Raises
-        ------
-        MethodNotApplicableError
-            If the rate is not the network's, or smoothing is asked for.
-        """
-        return self._stream(sampling_rate_hz)
+    def advance(
+        self, samples: FloatArray, first: NDArray[np.int64]
+    ) -> tuple[FloatArray, BoolArray]:
+        angles = np.empty((len(samples), 3))
+        starting = np.empty(len(samples), dtype=bool)
+        for tracking, begin, end in zip(self.trackings, first, first[1:], strict=False):
+            rates = np.ascontiguousarray(samples[begin:end, :3])
+            aided = samples.shape[1] > 3
+            force = np.ascontiguousarray(samples[begin:end, 3:]) if aided else rates
+            followed = tracking.follow(rates, force)
+            angles[begin:end], starting[begin:end] = followed.angles_rad, ~followed.by_network
+        return angles, starting

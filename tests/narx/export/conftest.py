@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 
-from narx.export import c
+from narx.export import write
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
@@ -103,7 +103,7 @@ def in_c(tmp_path):
         pytest.skip("no gcc")
 
     def compiled(checkpoint, precision, dtype):
-        c.write(checkpoint, tmp_path / "narx.c", precision)
+        write(checkpoint, tmp_path / "narx.c", "c", precision, verify=precision == "double")
         library = tmp_path / "narx.so"
         command = ["gcc", *C_FLAGS, "-O2", "-shared", "-fPIC", "narx.c", "-o", library, "-lm"]
         subprocess.run(command, cwd=tmp_path, check=True)

@@ -1,7 +1,6 @@
 """Every form of a network with its tracker beside the package's compiled one."""
 
 import json
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +8,11 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-from narx.export import onnx, torchscript
-from narx.export.module import description, exported, graph
-from narx.export.torch_export import exported_step
+from narx.export import read_identity, write
+from narx.export.graph import program
+from narx.export.tracked import ExportedTracked
 from narx.inference.checkpoint import Checkpoint
+from narx.inference.stream import OrientationStream
 from narx.inference.tracker import PostureTracker, Tracking
 from narx.kinematics.segment_angles import axis_rates, orientation_from_angles
 from narx.method import SegmentSignals
@@ -91,14 +91,14 @@ def run(step, state, inputs):
 
 @pytest.mark.parametrize("start", STARTS.values(), ids=STARTS)
 def test_step_equals_the_package_state_and_all(checkpoint, inputs, start):
-    narx = exported(checkpoint)
+    narx = ExportedTracked(checkpoint)
     angles, state, tracked = expected(checkpoint, inputs, start)
     # the recording goes through what there is: both ways to carry the angle, a gap, a new posture
     assert tracked.by_network.any()
     assert not tracked.by_network[100:].all()
     begun = narx.start(None if start is None else torch.from_numpy(start))
     assert begun.shape == (narx.state_size,)
-    for step in (narx.step, graph(narx)):
+    for step in (narx.step, narx.one_step):
         found, after = run(step, begun, of(checkpoint, inputs))
         np.testing.assert_allclose(found, angles, atol=1e-10, rtol=0)
         np.testing.assert_allclose(after, state, atol=1e-8, rtol=0)
@@ -111,8 +111,9 @@ def test_step_equals_the_package_state_and_all(checkpoint, inputs, start):
 def test_the_stream_is_the_batch(checkpoint, inputs):
     signals = SegmentSignals("thigh", RATE_HZ, inputs[:, :3], inputs[:, 3:])
     method = checkpoint.method()
-    step = method.stream(RATE_HZ)
-    found = [step(sample[:3], sample[3:]) for sample in inputs]
+    stream = OrientationStream(method, RATE_HZ)
+    found = [stream.update(sample).angles_rad for sample in inputs[:200]]
+    found = np.concatenate([found, stream.update_block(inputs[200:]).angles_rad])
     np.testing.assert_array_equal(found, method.estimate(signals))
 
 
@@ -128,27 +129,26 @@ def test_c_equals_the_package(checkpoint, inputs, in_c, precision, dtype, atol_r
 
 
 @pytest.mark.parametrize("checkpoint", ["gyroscope", "aided"], indirect=True)
-def test_torchscript_and_torch_export_hold_the_same_step(checkpoint, inputs):
-    narx, short = exported(checkpoint), of(checkpoint, inputs[50:200])
+def test_torchscript_and_torch_export_hold_the_same_step(checkpoint, inputs, tmp_path):
+    narx, short = ExportedTracked(checkpoint), of(checkpoint, inputs[50:200])
     angles, _ = run(narx.step, narx.start(), short)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        script = torchscript.scripted(checkpoint)
+    write(checkpoint, tmp_path / "narx.pt")
+    script = torch.jit.load(tmp_path / "narx.pt")
     np.testing.assert_allclose(run(script.step, script.start(), short)[0], angles, atol=1e-12)
-    program = exported_step(checkpoint).module()
-    np.testing.assert_allclose(run(program, narx.start(), short)[0], angles, atol=1e-12)
+    step = program(checkpoint, torch.float64).module()
+    np.testing.assert_allclose(run(step, narx.start(), short)[0], angles, atol=1e-12)
 
 
 @pytest.mark.parametrize("checkpoint", ["gyroscope", "aided"], indirect=True)
 def test_onnx_holds_the_same_step(checkpoint, inputs, tmp_path):
     runtime = pytest.importorskip("onnxruntime")
     pytest.importorskip("onnxscript")
-    onnx.write(checkpoint, tmp_path / "narx.onnx")
+    write(checkpoint, tmp_path / "narx.onnx", "onnx")
     session = runtime.InferenceSession(tmp_path / "narx.onnx")
     told = json.loads(session.get_modelmeta().custom_metadata_map["narx"])
-    assert told == description(exported(checkpoint))
+    assert told == read_identity(tmp_path / "narx.onnx")
     state, short = np.array(told["known_start_state"]), of(checkpoint, inputs[50:150])
-    angles, _ = run(exported(checkpoint).step, torch.from_numpy(state), short)
+    angles, _ = run(ExportedTracked(checkpoint).step, torch.from_numpy(state), short)
     found = []
     for sample in short:
         one, state = session.run(None, {"axis_rates": sample, "state": state})
@@ -160,4 +160,4 @@ def test_a_network_that_cannot_be_tracked_is_refused():
     good = CHECKPOINTS["gyroscope"]
     axis_by_axis = Narx(RATE_HZ, good.model.normalisation, coupled=False)
     with pytest.raises(Exception, match=r"model\.coupled=true"):
-        exported(replace(good, model=axis_by_axis))
+        ExportedTracked(replace(good, model=axis_by_axis))

@@ -221,9 +221,9 @@ def test_another_sampling_rate_gives_the_same_angles():
 
 def test_it_streams_at_its_own_rate_only():
     with pytest.raises(MethodNotApplicableError, match="at 50 Hz, not at 100 Hz"):
-        tracked().stream(100.0)
+        tracked().recursion(100.0, 1, None)
     with pytest.raises(MethodNotApplicableError, match="smoothing=false"):
-        tracked(smoothing=True).stream(RATE_HZ)
+        tracked(smoothing=True).recursion(RATE_HZ, 1, None)
 
 
 def test_a_checkpoint_keeps_its_tracker(tmp_path):
