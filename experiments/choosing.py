@@ -29,7 +29,7 @@ class _Stretch:
 
 
 class TrainingPart:
-    """What of a fold may be looked at when parameters are chosen.
+    """The part of a fold that may be used to choose parameters.
 
     Parameters
     ----------

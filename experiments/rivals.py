@@ -91,7 +91,7 @@ def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
     cfg : omegaconf.DictConfig
         Holds `methods`, `method`, `forms`, `choose` and `grid`.
     gathered : Gathered
-        Is told which method's library is not installed.
+        Receives the methods whose library is not installed.
 
     Returns
     -------

@@ -47,13 +47,13 @@ def _train(cfg: DictConfig) -> float | list[float]:
         log.configuration(cfg, fold.name)
         with tqdm(desc="iterations", unit="it", disable=in_sweep() or None) as progress:
 
-            def told(iteration: int, numbers: dict[str, float]) -> None:
+            def log_iteration(iteration: int, numbers: dict[str, float]) -> None:
                 log.iteration(iteration, numbers)
                 progress.update()
 
             begun = time.perf_counter()
             chosen = choose(cfg, sources, fold) if cfg.candidates else cfg
-            network = train(chosen, sources, fold, told)
+            network = train(chosen, sources, fold, log_iteration)
             workload.training_s = time.perf_counter() - begun
         checkpoints.save(network, directory / "checkpoint.pt")
         results, evaluated = _on_own_trials(chosen, sources, fold, network, workload)

@@ -141,7 +141,7 @@ def comparison_table(
         | {"p": 3, "p Wilcoxon": 3, "lag (ms)": 0},
         "Trials and sides are averaged within subjects first. Intervals: expanded percentile "
         f"bootstrap over subjects; p: exact permutation of paired differences.{least} "
-        "Lag: by how much the estimate comes late, to first order; a phase error counts as one. "
+        "Lag: delay of the estimate, to first order; a phase error counts as one. "
         "Blocks: as each paper prints it, and with the ingredients that the network has. Heading 0 "
         "or leak: what became of a filter's own, where that changes the angle. Chosen: parameters, "
         "on the training part of each fold.",

@@ -237,12 +237,12 @@ def _knee_angles(thigh_rad: FloatArray, shank_rad: FloatArray) -> FloatArray:
 
 
 def lag_s(error: FloatArray, slope: FloatArray) -> float:
-    """Estimate by how much an angle comes late.
+    """Estimate the lag of an angle.
 
     Parameters
     ----------
     error : ndarray, shape (N,)
-        Reference less estimate; NaN where missing.
+        Reference minus estimate; NaN where missing.
     slope : ndarray, shape (N,)
         Derivative of the reference by time, 1/s.
 

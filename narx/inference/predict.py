@@ -99,8 +99,8 @@ def predict(
     still_s : tuple of (float, float), optional
         Part in which the sensor was at rest, s on the recording's clock: its mean rate is the
         bias. Without it, the quietest 5, 2 or 1 s are taken, the first of these that is quiet
-        (unrest below 2 deg/s, mean below 10 deg/s); else the bias stays in, a note says so, and
-        a network with a tracker takes it for as uncertain as it is.
+        (unrest below 2 deg/s, mean below 10 deg/s); else the bias is not removed, a note reports
+        it, and a network with a tracker takes it for as uncertain as it is.
     bias_rad_s : array_like, shape (3,), optional
         The bias itself, in the sensor frame, where it is known.
     where : str

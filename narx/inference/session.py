@@ -51,7 +51,7 @@ class SessionPrediction:
         By side, times at which the foot touches the ground, on the same clock, as the thigh
         shows them; empty where there is no walk.
     notes : tuple of str
-        What was done, for people.
+        Processing applied, as text.
     """
 
     time_s: FloatArray
@@ -246,7 +246,7 @@ def _before_the_turn(trial: Trial, stand_s: tuple[float, float]) -> tuple[float,
 
 
 def _without_bias(trial: Trial, where: str) -> tuple[Trial, list[str]]:
-    """Take the bias from the quietest part, where nobody stands."""
+    """Take the bias from the quietest part if there is no standing part."""
     imus, notes = {}, []
     for segment, imu in trial.imus.items():
         bias, note = remove_static_bias(imu, True, None, f"{where}: {segment}")

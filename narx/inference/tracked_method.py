@@ -15,7 +15,7 @@ from narx.recordings.resampling import contiguous_pieces
 from narx.recursion import Recursion
 from narx.types import BoolArray, FloatArray
 
-# what gyroscopes are off by that nobody has calibrated (docs/simulator.md)
+# bias of uncalibrated gyroscopes (docs/simulator.md)
 _DOUBTFUL_BIAS_DEG_S = 2.0
 
 
@@ -72,7 +72,7 @@ class TrackedNarxMethod(NarxMethod):
 
     @property
     def takes_over(self) -> str:
-        """When the network takes over from the integration, for people."""
+        """When the network takes over from the integration, as text."""
         return "after the first swing of a leg that walks"
 
     def with_doubtful_bias(self) -> "TrackedNarxMethod":

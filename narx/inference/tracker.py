@@ -325,7 +325,7 @@ class Tracking:
         axis_rates_rad_s : ndarray, shape (N, 3)
             Gyroscope about the clinical axes; NaN where missing.
         specific_force_m_s2 : ndarray, shape (N, 3)
-            Accelerometer in the anatomical frame; looked at if aided.
+            Accelerometer in the anatomical frame; used if aided.
 
         Returns
         -------

@@ -45,7 +45,7 @@ def clock_offsets_s(
     offsets_s : dict of str to float
         By segment, s.
     notes : list of str
-        How, for people.
+        Method used, as text.
 
     Raises
     ------

@@ -166,6 +166,6 @@ def _mount(rng: np.random.Generator, segment: str, body: Body, mounting: str) ->
     }[kind]
     place = place * [body.girth, body.girth, 1.0] + _PLACEMENT_SD_M * rng.standard_normal(3)
     # drawn in either case, so that the choice of mounting does not change other random numbers
-    anyhow = Rotation.from_quat(rng.standard_normal(4))
+    arbitrary = Rotation.from_quat(rng.standard_normal(4))
     slip = Rotation.from_rotvec(np.radians(_STRAPPED_SD_DEG) * rng.standard_normal(3))
-    return Mounting(place, anyhow if mounting == "random" else slip)
+    return Mounting(place, arbitrary if mounting == "random" else slip)

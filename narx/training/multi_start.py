@@ -40,7 +40,7 @@ class MultiStartResult:
     best : int
         Index of the best start.
     errors : ndarray, shape (R,)
-        Root of the weighted mean of squared residuals of every start on the held-back samples;
+        Root of the weighted mean of squared residuals of every start on the held-out samples;
         not finite where it diverged.
     n_dropped : int
         Starts whose error is not finite.
@@ -208,7 +208,7 @@ def multi_start(
     starts : array_like, shape (R, P)
         Weights to start from.
     validation : LeastSquaresProblem
-        Closed-loop fit to held-back samples.
+        Closed-loop fit to held-out samples.
     options : Options, optional
         Of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional

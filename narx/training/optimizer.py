@@ -1,4 +1,4 @@
-"""What all optimisers share: ranges of their settings, starts, and the report of their spread."""
+"""Common parts of all optimisers: ranges of settings, starts, and the report of their spread."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from narx.training.ranges import between, whole
 from narx.training.stages import check_curriculum
 from narx.types import FloatArray
 
-# beyond these a training would not end, or not fit into memory
+# limits of time and memory
 _MOST_RESTARTS, _MOST_ITERATIONS = 10_000, 1_000_000
 
 
@@ -53,7 +53,7 @@ def starts_of(
     curriculum: Sequence[str | int],
     start: FloatArray | None,
 ) -> tuple[FloatArray, Sequence[str | int]]:
-    """Choose where a training starts and which stages it runs through.
+    """Choose the starts of a training and its stages.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def starts_of(
     rng : numpy.random.Generator
         Draws the starts.
     restarts : int
-        How many.
+        Number of starts.
     curriculum : sequence of {"open", int, "closed"}
         All stages.
     start : ndarray, shape (P,), optional
@@ -73,7 +73,7 @@ def starts_of(
     starts : ndarray, shape (R, P)
         Random, or the one that is given.
     curriculum : sequence of {"open", int, "closed"}
-        All stages, or the last one: earlier ones would lead away from a trained network.
+        All stages, or the last one: earlier ones would move away from a trained network.
     """
     if start is not None:
         return np.array(start, dtype=np.float64)[None], curriculum[-1:]
@@ -97,18 +97,18 @@ def restart_tag(restart: int) -> str:
 
 
 def spread_report(errors_deg: FloatArray) -> dict[str, float]:
-    """Describe how restarts differ.
+    """Summarise the errors of restarts.
 
     Parameters
     ----------
     errors_deg : ndarray, shape (R,)
-        Closed-loop error of each on held-back samples, deg; not finite where it diverged. At
+        Closed-loop error of each on held-out samples, deg; not finite if it diverged. At
         least one is finite.
 
     Returns
     -------
     dict of str to float
-        How many, how many were dropped, and least, median and largest error.
+        Number of restarts, number dropped, and least, median and largest error.
     """
     finite = errors_deg[np.isfinite(errors_deg)]
     return {

@@ -1,4 +1,4 @@
-"""What every optimiser minimises, stage by stage: one step ahead, several, the closed loop."""
+"""The stages that every optimiser minimises: one step ahead, several steps, closed loop."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Stage:
     name : str
         For reports.
     problem : LeastSquaresProblem
-        What is minimised.
+        Problem to minimise.
     mean_square : float
         Factor that makes the sum of its squares a mean square; in deg^2 for a network's stages.
     """
@@ -44,7 +44,7 @@ def check_curriculum(curriculum: Sequence[str | int]) -> None:
     Parameters
     ----------
     curriculum : sequence of {"open", int, "closed"}
-        As an optimiser is given it.
+        Curriculum of an optimiser.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def stages_of(
     curriculum: Sequence[str | int],
     prior_deg2: float,
 ) -> list[Stage]:
-    """Make the problems of a curriculum.
+    """Build the problems of a curriculum.
 
     Parameters
     ----------
@@ -81,14 +81,14 @@ def stages_of(
     training : Batch
         Sequences, the artificial return to rest among them.
     objective : Objective
-        Weights and washout. Mean errors are taken off in the closed loop of coupled axes alone;
-        one and several steps ahead, the targets have lost their mean already.
+        Weights and washout. Mean errors are subtracted only in the closed loop of coupled axes; one
+        and several steps ahead, the targets already have zero mean.
     curriculum : sequence of {"open", int, "closed"}
-        Stages: one step ahead (on lagged windows), so many samples ahead, or the whole sequence
-        in closed loop. Before the closed loop, coupled axes take the tilt from the teacher.
+        Stages: one step ahead (on lagged windows), a number of samples ahead, or the whole sequence
+        in closed loop. Before the closed loop, coupled axes use the tilt of the teacher.
     prior_deg2 : float
-        How much mean squared error, in deg^2, it is worth to change a weight of the leaky
-        integrator by all its size; 0 for no prior.
+        Mean squared error, in deg^2, equivalent to a change of a weight of the leaky integrator by
+        100 %; 0 for no prior.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def stages_of(
     Raises
     ------
     UserError
-        If nothing of the training sequences counts.
+        If no sample of the training sequences is used.
     """
     centre, size = leaky_integrator_weights(model), typical_sizes(model)
     stages = []
@@ -119,18 +119,18 @@ def stages_of(
 def closed_loop_fit(
     model: Narx, sequences: Batch, objective: Objective, what: str
 ) -> tuple[LeastSquaresProblem, float]:
-    """Make the fit of whole sequences in closed loop.
+    """Build the fit of whole sequences in closed loop.
 
     Parameters
     ----------
     model : Narx
         Network.
     sequences : Batch
-        Training or held-back sequences.
+        Training or held-out sequences.
     objective : Objective
         Weights, washout, whether mean errors count.
     what : str
-        What the sequences are, for the message.
+        Kind of the sequences, for the message.
 
     Returns
     -------
@@ -193,7 +193,7 @@ def _ahead(
     """Choose the fit of a stage before the closed loop."""
     if name != "open":
         return _axes_fit(model, sequences, objective, int(name))
-    # the first windows need the samples before them, which the washout may have
+    # the first windows need earlier samples, possibly within the washout
     first = max(model.structure.input_lags - 1, model.structure.output_lags)
     begin = max(objective.washout_samples(model) - first, 0)
     windows = LaggedWindows.of_arrays(
@@ -210,7 +210,7 @@ def _ahead(
 def _axes_fit(
     model: Narx, sequences: Batch, objective: Objective, horizon: int | None
 ) -> LeastSquaresProblem:
-    """Fit each axis on its own, so many samples ahead or in closed loop."""
+    """Fit each axis independently, a number of samples ahead or in closed loop."""
     scaled, rates = model.normalisation, sequences.rates_rad_s
     if model.coupled:
         rates = coupled_rates(rates, sequences.targets_rad.nan_to_num())
