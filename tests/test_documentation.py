@@ -5,12 +5,14 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
+from narx.export import write
 from narx.inference import pretrained
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -35,13 +37,13 @@ def gyroscope():
 
 
 def exported(folder):
-    from narx.export import onnx, torch_export, torchscript
-
-    torchscript.write(pretrained(), folder / "narx.pt")
-    torch_export.write(pretrained(), folder / "narx.pt2")
-    onnx.write(pretrained(), folder / "narx.onnx")
-    axis_rates = torch.from_numpy(walk(50))
-    return {"axis_rates": axis_rates, "sample": axis_rates[0]}
+    # the page shows the graphs of a network without a tracker
+    checkpoint = replace(pretrained(), tracker=None)
+    for name, export_format in (
+        ("narx.pt", "torchscript"), ("narx.pt2", "torch_export"), ("narx.onnx", "onnx"),
+    ):  # fmt: skip
+        write(checkpoint, folder / name, export_format, verify=False)
+    return {"axis_rates": torch.from_numpy(walk(50)), "pose": [0.1, 0.0, 0.2]}
 
 
 # what a page takes as given: the reader's own arrays and files
@@ -71,7 +73,10 @@ def test_python_blocks_run(page, tmp_path, monkeypatch):
     for number, block in enumerate(BLOCKS[page], 1):
         if "onnxruntime" in block:
             pytest.importorskip("onnxruntime")
-            names["sample"] = names["axis_rates"][0].numpy()
+            names["axis_rates"], names["interval_s"] = walk(50)[None], np.full((1, 50), 0.01)
+        if "torch.export.load" in block:
+            names["axis_rates"] = torch.from_numpy(walk(50)[None])
+            names["interval_s"] = torch.full((1, 50), 0.01, dtype=torch.float64)
         exec(compile(block, f"{page}, block {number}", "exec"), names)
 
 
