@@ -1,4 +1,4 @@
-"""Draw `figures/house.svg`: the rooms of the package on their floors (run it after a move)."""
+"""Draw `figures/house.svg`: the sub-packages on their levels (run it after a move)."""
 
 from pathlib import Path
 
@@ -8,23 +8,24 @@ from matplotlib.patches import FancyBboxPatch
 
 # from the bottom: a room imports from the floors below it alone (tests/test_architecture.py)
 FLOORS = (
-    (("errors", "files", "types"), ("one-line errors", "whole files or none", "array types")),
-    (("kernels",), ("all compiled code, one cache stamp",)),
+    (("errors", "files", "types"), ("one-line errors", "complete files or none", "array types")),
+    (
+        ("kernels", "recursion", "settings"),
+        ("all compiled code, one cache stamp", "interface of recursions", "checks of settings"),
+    ),
     (("kinematics",), ("frames, signs, rotations, joint angles",)),
     (
         ("recordings", "method", "network"),
-        ("sensors on one clock", "what every method offers", "the NARX network, closed loop"),
+        ("sensors on one clock", "interface of all methods", "the NARX network, closed loop"),
     ),
     (
         ("simulation", "gait", "calibration", "windows"),
-        ("virtual walkers", "strides, phases, rest", "sensor to segment", "lagged windows"),
+        ("virtual walkers", "strides, phases, rest", "sensor-segment alignment", "lagged windows"),
     ),
-    (
-        ("datasets", "inference", "baselines"),
-        ("sources and splits", "a trained network at work", "the rival methods"),
-    ),
-    (("training", "export"), ("from sequences to weights", "to devices")),
-    (("evaluation",), ("estimates beside the reference, statistics",)),
+    (("datasets", "inference"), ("sources and splits", "running a trained network")),
+    (("baselines",), ("established methods",)),
+    (("training", "export"), ("objective, optimisers, teachers", "TorchScript, ONNX, C")),
+    (("evaluation",), ("agreement with the reference, statistics",)),
     (("experiments",), ("commands, tables, figures, reports",)),
 )
 WIDTH, HEIGHT, GAP = 12.0, 0.8, 0.25
@@ -36,7 +37,7 @@ def house() -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Rooms as boxes, the road of the data from bottom to top.
+        Rooms as boxes, the flow of data from bottom to top.
     """
     figure = Figure(figsize=(9.0, 7.5))
     axes = figure.add_axes((0.01, 0.01, 0.98, 0.98))

@@ -1,4 +1,4 @@
-"""A method at work: its state after the samples so far, for several sensors side by side."""
+"""A running method: its state after the samples so far, for several parallel sensors."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
