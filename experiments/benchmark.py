@@ -137,12 +137,12 @@ def _with_network(
             for name in cfg.methods
             if name in ("narx", "narx_smoothed")
         }
-    if "narx_as_printed" in cfg.methods and fold.training:
+    if "narx_axis_by_axis" in cfg.methods and fold.training:
         printed = cfg.copy()
-        printed.model = cfg.model_as_printed
+        printed.model = cfg.model_axis_by_axis
         printed.candidates = []
         network = network_of(printed, sources, fold, lambda iteration, numbers: None)
-        methods["narx_as_printed"] = network.method()
+        methods["narx_axis_by_axis"] = network.method()
     gathered.workload.training_s += time.perf_counter() - begun
     return methods
 
@@ -167,7 +167,9 @@ def _benchmark(cfg: DictConfig) -> None:
     with TensorBoardLog(directory / "tensorboard") as log:
         gathered = run(cfg, log, report)
         write_results(gathered.results, directory / "results.csv")
-        write_json(environment(cfg.seed, gathered.sources), directory / "environment.json")
+        about = environment(cfg.seed, gathered.sources)
+        about["not_causal"] = sorted(gathered.not_causal)
+        write_json(about, directory / "environment.json")
         write_json(gathered.workload.report(), directory / "timing.json")
         for fold, network in gathered.networks.items():
             checkpoints.save(network, directory / "networks" / f"{_file_name(fold)}.pt")

@@ -7,7 +7,7 @@ _LABELS = {
     "complementary_filter_real_time": "CF real time",
     "narx": "NARX",
     "narx_smoothed": "NARX smoothed",
-    "narx_as_printed": "NARX as printed",
+    "narx_axis_by_axis": "NARX axis by axis",
     "pseudo_integrator": "PI",
     "leaky_integrator": "Leaky integrator",
     "gyro_integration": "Gyro integration",
@@ -30,7 +30,7 @@ _LABELS = {
 _COLOURS = {
     "narx": "#c8102e",
     "narx_smoothed": "#f28e8e",
-    "narx_as_printed": "#7f0000",
+    "narx_axis_by_axis": "#7f0000",
     "pseudo_integrator": "#009e73",
     "complementary_filter": "#0060b0",
     "gyro_integration": "#e69f00",

@@ -16,7 +16,7 @@ from narx.experiments.gathered import Gathered
 from narx.method import OrientationMethod
 
 # one network, run forwards alone or backwards as well, and another one trained as printed
-NETWORK_METHODS = frozenset({"narx", "narx_smoothed", "narx_as_printed"})
+NETWORK_METHODS = frozenset({"narx", "narx_smoothed", "narx_axis_by_axis"})
 _HEADING_LEAKS = {"heading_leak_rad_s": [0.05, 0.1, 0.2, 0.3, 0.5, 0.8]}
 _TRANSVERSE_ALONE = (0.0, 0.0, 1.0)
 

@@ -135,14 +135,14 @@ class Benchmark(Common):
     """As ``configs/benchmark.yaml``."""
 
     methods: Names = (
-        "narx", "narx_as_printed", "leaky_integrator", "pseudo_integrator", "complementary_filter",
+        "narx", "narx_axis_by_axis", "leaky_integrator", "pseudo_integrator", "complementary_filter",
         "gyro_integration", "strapdown", "vqf", "madgwick", "mahony", "constant", "zero",
     )  # fmt: skip
     checkpoint: FilePath | None = None
     remove_static_bias: bool = True
     evaluation: Evaluation = Evaluation()
     method: Annotated[Any, Components(OrientationMethod)]
-    model_as_printed: Annotated[Any, Component(ModelSettings)]
+    model_axis_by_axis: Annotated[Any, Component(ModelSettings)]
     forms: dict[Name, dict[Name, Any] | None] = {}
     choose: bool = True
     grid: dict[Name, dict[Name, Annotated[tuple[Any, ...], Field(min_length=1)]]] = {}
@@ -223,6 +223,33 @@ class ErrorBudget(Section):
     variants: dict[Name, Variant]
 
 
+class PageSource(Section):
+    """A benchmark of the page and how it is shown."""
+
+    title: Name
+    overrides: tuple[Name, ...] = ()
+    segment: Name
+    quantity: Literal["rmse_deg", "precision_deg"]
+
+
+class Glance(Section):
+    """The README's table."""
+
+    sources: Names
+    methods: Names
+
+
+class BenchmarkPage(Section):
+    """As ``configs/benchmark_page.yaml``."""
+
+    root: FilePath = "."
+    data_root: FilePath | None = None
+    measure: bool = True
+    only: Names | None = None
+    sources: dict[Name, PageSource]
+    glance: Glance
+
+
 class Speed(Section):
     """As ``configs/speed.yaml``."""
 
@@ -243,6 +270,7 @@ class Speed(Section):
 SCHEMAS: dict[str, type[Section]] = {
     "train": Train,
     "benchmark": Benchmark,
+    "benchmark_page": BenchmarkPage,
     "export": Export,
     "predict": Predict,
     "demo_recordings": DemoRecordings,

@@ -28,7 +28,7 @@ def test_a_row_says_its_form():
     assert method_label("leaky_integrator_same") == "Leaky integrator"
     assert method_label("giof", {"giof"}) == "GIOF, not causal"
     assert method_block("leaky_integrator_same_chosen") == method_block("narx")
-    assert method_block("leaky_integrator_chosen") == method_block("narx_as_printed")
+    assert method_block("leaky_integrator_chosen") == method_block("narx_axis_by_axis")
     assert method_block("narx") != method_block("vqf")
     assert method_colour("vqf_same_chosen") == method_colour("vqf")
 

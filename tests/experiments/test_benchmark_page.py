@@ -1,0 +1,73 @@
+"""The benchmark's page and README's table are what the kept results give, to the letter."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hydra import compose, initialize_config_module
+
+from narx.errors import UserError
+from narx.evaluation.comparison import rows
+from narx.evaluation.results import results_table
+from narx.experiments.benchmark_page import BEGIN, END, kept_sources, with_table
+from narx.experiments.tables.page import (
+    Source,
+    at_a_glance,
+    benchmark_page,
+    by_motion,
+    subject_condition_means,
+)
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def cfg():
+    with initialize_config_module("narx.configs", version_base="1.3"):
+        return compose("benchmark_page")
+
+
+def test_page_and_readme_are_made_from_the_kept_results(cfg):
+    sources = kept_sources(cfg, ROOT / "docs" / "results")
+    assert list(sources) == list(cfg.sources)
+    assert (ROOT / "docs" / "benchmark.md").read_text() == benchmark_page(sources)
+    shown = {name: source for name, source in sources.items() if name in cfg.glance.sources}
+    readme = (ROOT / "README.md").read_text()
+    assert readme == with_table(readme, at_a_glance(shown, cfg.glance.methods))
+
+
+@pytest.fixture
+def source(make_study):
+    results = results_table(row for one in make_study() for row in rows(one))
+    means = subject_condition_means(results)
+    return Source("Study", "command", "knee", "rmse_deg", means, ("pseudo_integrator",), "made")
+
+
+def test_means_are_over_sides_then_subjects(source, make_study):
+    errors = []
+    for one in make_study():
+        if one.segment.startswith("knee") and one.condition == "slow":
+            squares = one.error_deg("narx")[:, 0] ** 2
+            errors.append((one.subject, np.sqrt(np.nanmean(squares))))
+    expected = pd.DataFrame(errors).groupby(0)[1].mean().mean()
+    frame = by_motion(source, "same ingredients").frame
+    assert frame.loc[("sagittal", "NARX"), "slow"] == pytest.approx(expected, rel=1e-9)
+    assert list(frame.columns) == ["slow", "normal", "fast", "mean", "lag (ms)"]
+
+
+def test_an_axis_that_is_not_observed_has_no_row(source):
+    frame = by_motion(source, "as printed").frame
+    assert ("transverse", "CF") not in frame.index
+    assert ("sagittal", "PI, not causal") in frame.index
+
+
+def test_the_table_goes_between_the_marks(source):
+    table = at_a_glance({"study": source}, ["narx", "zero"])
+    page = with_table(f"before\n{BEGIN}\nold\n{END}\nafter\n", table)
+    assert page.startswith(f"before\n{BEGIN}\n|")
+    assert page.endswith(f"|\n{END}\nafter\n")
+    assert "old" not in page
+    assert with_table(page, table) == page
+    with pytest.raises(UserError, match="expected the marks"):
+        with_table("no marks", table)
