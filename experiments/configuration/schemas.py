@@ -135,8 +135,9 @@ class Benchmark(Common):
     """As ``configs/benchmark.yaml``."""
 
     methods: Names = (
-        "narx", "narx_axis_by_axis", "leaky_integrator", "pseudo_integrator", "complementary_filter",
-        "gyro_integration", "strapdown", "vqf", "madgwick", "mahony", "constant", "zero",
+        "narx", "narx_axis_by_axis", "leaky_integrator", "pseudo_integrator",
+        "complementary_filter", "gyro_integration", "strapdown", "vqf", "madgwick", "mahony",
+        "constant", "zero",
     )  # fmt: skip
     checkpoint: FilePath | None = None
     remove_static_bias: bool = True
