@@ -168,7 +168,7 @@ DRAWN = [
 
 
 # hours of computing, whatever is overridden: these are composed and checked, not run
-ONLY_CHECKED = ("ablation", "error_budget", "speed")
+ONLY_CHECKED = ("ablation", "benchmark_page", "error_budget", "speed")
 
 
 def refusal(command, overrides):
