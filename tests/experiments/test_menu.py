@@ -24,7 +24,7 @@ def test_help_has_examples_groups_and_meanings(run_command, command):
 def test_help_follows_the_choice(run_command):
     _, out, _, _ = run_command("train", "--help", "optimizer=adam")
     assert "# optimizer=adam" in out
-    assert "learning_rate: 0.003" in out
+    assert "learning_rate: 0.03" in out
 
 
 @pytest.mark.slow
