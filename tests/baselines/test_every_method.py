@@ -62,7 +62,7 @@ def narx(network_rate_hz=100.0, coupled=True, start_up_s=6.0):
     model = Narx(network_rate_hz, Normalisation(2.0, 0.25), coupled=coupled)
     with torch.no_grad():
         model.weights.copy_(torch.from_numpy(leaky_integrator_weights(model)))
-    return NarxMethod(model, StartUp(duration_s=start_up_s, averaging_s=start_up_s / 2))
+    return NarxMethod(model, StartUp(duration_s=start_up_s, averaging_s=max(start_up_s / 2, 1.0)))
 
 
 START_UP = {"duration_s": 6.0, "averaging_s": 3.0}

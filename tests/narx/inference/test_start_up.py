@@ -64,7 +64,7 @@ def test_posture_is_the_mean_angle_and_nothing_jumps():
     )
 
 
-@pytest.mark.parametrize(("begin_s", "middle_s"), [(2.0, 5.0), (0.0, 3.0), (np.inf, 9.0)])
+@pytest.mark.parametrize(("begin_s", "middle_s"), [(2.0, 5.0), (0.0, 3.0), (100.0, 9.0)])
 def test_posture_is_the_mean_of_its_part(begin_s, middle_s):
     """A bias makes the angle rise evenly, so the mean tells the time at which it was taken."""
     bias = 0.01
