@@ -98,5 +98,7 @@ def test_hashes_are_those_of_the_recordings(name, data_root):
     if not (data_root / name).is_dir():
         pytest.skip(f"no {name}")
     folder = data_root / name
-    files = [folder / file for file in PUBLIC[name].sha256]
-    assert set(download.checked_sources(name, folder, files)) == set(PUBLIC[name].sha256)
+    # a folder may hold a part of what is published
+    present = {file for file in PUBLIC[name].sha256 if (folder / file).is_file()}
+    assert present
+    assert set(download.checked_sources(name, folder, [folder / f for f in present])) == present

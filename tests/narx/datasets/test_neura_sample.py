@@ -71,7 +71,7 @@ def test_heading_misalignment_is_a_few_degrees(trial):
 def test_the_knee_takes_cross_talk_out_of_its_abduction(trial):
     """With orientations integrated from the gyroscopes, over the first walk, against Vicon."""
     walk = (trial.time_s > trial.walking_s[0]) & (trial.time_s < trial.walking_s[1])
-    start_up = StartUp(duration_s=np.inf)
+    start_up = StartUp(duration_s=1000.0)
 
     def spread_deg(calibrated, side):
         names = [f"{kind}_{side}" for kind in ("thigh", "shank")]
