@@ -25,8 +25,8 @@ T = TypeVar("T")
 # all code that a prepared trial depends on; completeness is tested in
 # tests/narx/datasets/test_prepared.py
 ROOMS = (
-    "errors.py", "files.py", "types.py", "method.py", "kernels", "settings", "kinematics",
-    "recordings", "simulation", "gait", "calibration", "datasets",
+    "errors.py", "files.py", "types.py", "method.py", "recursion.py", "kernels", "settings",
+    "kinematics", "recordings", "simulation", "gait", "calibration", "datasets",
 )  # fmt: skip
 _NUMERICS = ("numpy", "scipy", "pandas", "numba")
 # an older file with a temporary name was left by a killed process
