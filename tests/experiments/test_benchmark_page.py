@@ -1,40 +1,19 @@
-"""The benchmark's page and README's table are what the kept results give, to the letter."""
-
-from pathlib import Path
+"""The tables of the benchmark's page hold the means of the results."""
 
 import numpy as np
 import pandas as pd
 import pytest
-from hydra import compose, initialize_config_module
 
 from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table
-from narx.experiments.benchmark_page import BEGIN, END, kept_sources, with_table
+from narx.experiments.benchmark_page import BEGIN, END, with_table
 from narx.experiments.tables.page import (
     Source,
     at_a_glance,
-    benchmark_page,
     by_motion,
     subject_condition_means,
 )
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module")
-def cfg():
-    with initialize_config_module("narx.configs", version_base="1.3"):
-        return compose("benchmark_page")
-
-
-def test_page_and_readme_are_made_from_the_kept_results(cfg):
-    sources = kept_sources(cfg, ROOT / "docs" / "results")
-    assert list(sources) == list(cfg.sources)
-    assert (ROOT / "docs" / "benchmark.md").read_text() == benchmark_page(sources)
-    shown = {name: source for name, source in sources.items() if name in cfg.glance.sources}
-    readme = (ROOT / "README.md").read_text()
-    assert readme == with_table(readme, at_a_glance(shown, cfg.glance.methods))
 
 
 @pytest.fixture
