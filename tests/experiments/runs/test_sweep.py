@@ -21,7 +21,7 @@ LAUNCHERS = {
 def train(cfg):
     """Stand in for a training: leaves a file, fails where it cannot work."""
     if cfg.model.hidden == 0:
-        raise UserError("model.hidden is '0', expected a positive whole number")
+        raise UserError("model.hidden is '0', expected a whole number from 1 to 64")
     if cfg.model.hidden == 9:
         raise KeyError("a fault of the program")
     (run_directory() / "checkpoint.txt").write_text(f"{cfg.model.hidden} {cfg.seed}")
@@ -64,7 +64,7 @@ def test_all_other_jobs_of_a_sweep_finish(launch, launcher):
     errors = [line for line in err.splitlines() if line.startswith("error: ")]
     assert errors
     for line in errors:  # Optuna may try the same again
-        assert "(model.hidden=0): model.hidden is '0', expected a positive whole number" in line
+        assert "(model.hidden=0): model.hidden is '0', expected a whole number from 1 to 64" in line
     assert "Traceback" not in err
     if launcher != "optuna":
         assert len(errors) == 1
