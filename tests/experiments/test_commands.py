@@ -44,7 +44,7 @@ def test_training_leaves_configuration_checkpoint_and_events(run_command):
     assert OmegaConf.load(directory / ".hydra" / "config.yaml").seed == 3
     assert json.loads((directory / "environment.json").read_text())["seed"] == 3
     events = EventAccumulator(str(directory / "tensorboard")).Reload()
-    assert {"training/cost", "held_back_error_deg"} <= set(events.Tags()["scalars"])
+    assert {"training/restart_00/cost_deg2", "held_back_error_deg"} <= set(events.Tags()["scalars"])
     assert "training" in events.Tags()["images"]
     assert (directory / "figures" / "training.png").stat().st_size > 0
 
