@@ -96,4 +96,4 @@ def test_angles_of_a_recording_beside_folders_of_the_same_names(installed, tmp_p
 def test_help_is_shown(installed, tmp_path, command):
     answer = run(installed, tmp_path, command, "--help")
     assert answer.returncode == 0, answer.stderr
-    assert "Configuration groups" in answer.stdout
+    assert "== Keys, their defaults and meaning" in answer.stdout

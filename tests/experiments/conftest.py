@@ -95,7 +95,7 @@ def run_command(monkeypatch, tmp_path, capsys):
         capsys.readouterr()
         status = 0
         try:
-            importlib.import_module(f"experiments.{name}").main()
+            importlib.import_module(f"narx.experiments.{name}").main()
         except SystemExit as stop:
             status = stop.code
         printed = capsys.readouterr()
