@@ -53,6 +53,16 @@ def checkpoints(folder):
     return sorted(path.read_text() for path in Path(folder).glob("*/checkpoint.txt"))
 
 
+@pytest.fixture
+def by_value():
+    """Hand the stand-in to other processes by value: they cannot import the tests."""
+    cloudpickle = pytest.importorskip("cloudpickle")  # of joblib and of submitit
+    cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    yield
+    cloudpickle.unregister_pickle_by_value(sys.modules[__name__])
+
+
+@pytest.mark.usefixtures("by_value")
 @pytest.mark.parametrize("launcher", LAUNCHERS)
 def test_all_other_jobs_of_a_sweep_finish(launch, launcher):
     pytest.importorskip(
