@@ -12,6 +12,7 @@ format meaning
        its own there
 2      all fields required, no others; ``sha256`` over the content
 3      field ``tracker``; without it none
+4      field ``known_bias_sd_deg_s`` of the tracker; without it its ``bias_sd_deg_s``
 ====== =========================================================================================
 """
 
@@ -20,7 +21,7 @@ from typing import Any
 
 from narx.inference.checkpoint_archive import digest
 
-FORMAT = 3
+FORMAT = 4
 
 
 def sealed(content: dict[str, Any]) -> dict[str, Any]:
@@ -63,7 +64,7 @@ def opened(content: dict[str, Any]) -> dict[str, Any]:
     if number is None and isinstance(content.get("model"), dict):
         content["model"] = dict(content["model"])
         number = content["model"].pop("format", None)
-    elif number in (2, FORMAT):
+    elif number in (2, 3, FORMAT):
         expected = content.pop("sha256", None)
         if digest({"format": number, **content}) != expected:
             raise ValueError("its content does not fit its checksum")
@@ -85,7 +86,15 @@ def _from_2(content: dict[str, Any]) -> dict[str, Any]:
     return {**content, "tracker": None}
 
 
+def _from_3(content: dict[str, Any]) -> dict[str, Any]:
+    tracker = content["tracker"]
+    if tracker is not None:
+        tracker = {"known_bias_sd_deg_s": tracker["bias_sd_deg_s"], **tracker}
+    return {**content, "tracker": tracker}
+
+
 _TO_NEXT: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {
     1: _from_1,
     2: _from_2,
+    3: _from_3,
 }

@@ -83,8 +83,11 @@ class TrackedNarxMethod(NarxMethod):
         TrackedNarxMethod
             With a standard deviation of the bias of at least 2 deg/s.
         """
-        bias_sd_deg_s = max(self.tracker.bias_sd_deg_s, _DOUBTFUL_BIAS_DEG_S)
-        tracker = replace(self.tracker, bias_sd_deg_s=bias_sd_deg_s)
+        tracker = replace(
+            self.tracker,
+            bias_sd_deg_s=max(self.tracker.bias_sd_deg_s, _DOUBTFUL_BIAS_DEG_S),
+            known_bias_sd_deg_s=max(self.tracker.known_bias_sd_deg_s, _DOUBTFUL_BIAS_DEG_S),
+        )
         return TrackedNarxMethod(self.model, tracker, self.smoothing)
 
     def starting(self, signals: SegmentSignals) -> BoolArray:

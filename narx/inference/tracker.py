@@ -74,7 +74,9 @@ class PostureTracker:
     known_posture_sd_deg : float
         Standard deviation of the posture if the start pose is known; it is then constant.
     bias_sd_deg_s : float
-        Standard deviation of the remaining gyroscope bias.
+        Standard deviation of the remaining gyroscope bias at an unknown start.
+    known_bias_sd_deg_s : float
+        The same if the start pose is known: who stands in it has the bias measured there.
     bias_noise_deg_s : float
         Drift of the bias, deg/s / sqrt(s).
     lean_deg_s, lean_sd_deg_s : float
@@ -117,6 +119,7 @@ class PostureTracker:
     posture_time_s: float = 50.0
     known_posture_sd_deg: float = 15.0
     bias_sd_deg_s: float = 0.5
+    known_bias_sd_deg_s: float = 0.1
     bias_noise_deg_s: float = 0.005
     lean_deg_s: float = 3.0
     lean_sd_deg_s: float = 2.0
@@ -290,12 +293,12 @@ class Tracking:
         self._hidden = model.structure.hidden
         self.x = np.zeros(n)
         self.x[kernel.LEAN] = math.radians(tracker.lean_deg_s)
-        start, posture = (
-            (tracker.known_start_sd_deg, tracker.known_posture_sd_deg)
+        start, posture, bias = (
+            (tracker.known_start_sd_deg, tracker.known_posture_sd_deg, tracker.known_bias_sd_deg_s)
             if known
-            else (tracker.start_sd_deg, tracker.posture_sd_deg)
+            else (tracker.start_sd_deg, tracker.posture_sd_deg, tracker.bias_sd_deg_s)
         )
-        deviations = [start] * 3 + [posture] * 3 + [tracker.bias_sd_deg_s] * 3
+        deviations = [start] * 3 + [posture] * 3 + [bias] * 3
         variances = [math.radians(sd) ** 2 for sd in [*deviations, tracker.lean_sd_deg_s]]
         if tracker.aided:
             self.x[kernel.VELOCITY] = tracker.speed_m_s

@@ -85,7 +85,7 @@ def test_it_holds_plain_data_alone(path):
         "format", "model", "weights", "start_up", "axis_scaling", "error_std_rad",
         "start_std_rad", "history", "washout_s", "tracker", "sha256",
     }  # fmt: skip
-    assert content["format"] == 3
+    assert content["format"] == 4
 
 
 @pytest.mark.parametrize(
@@ -105,6 +105,11 @@ def test_a_file_of_an_earlier_release_runs_as_it_did(
     std = checkpoint.start_std_rad
     assert (std and np.degrees(std[0])) == pytest.approx(start_std_deg, abs=1e-3)
     assert float(checkpoint.model.weights.detach()[15]) == pytest.approx(33.481, abs=1e-3)
+
+
+def test_a_tracker_of_format_3_runs_as_it_did():
+    tracker = checkpoints.load(FIXTURES / "format_3.pt").tracker
+    assert tracker.known_bias_sd_deg_s == tracker.bias_sd_deg_s == 0.5
 
 
 def test_an_older_package_refuses_a_file_of_this_one(path):
@@ -224,7 +229,7 @@ def changed_unsealed(path):
         (without("weights"), "'weights' is missing"),
         (without("washout_s"), "'washout_s' is missing"),
         (rewritten(lambda content: content["start_up"].pop("leak_rad_s")), "'leak_rad_s' is miss"),
-        (changed(format=99), "format is 99, expected 3 or an older one"),
+        (changed(format=99), "format is 99, expected 4 or an older one"),
         (changed(format=True), "format is True"),
         (changed(format=1), "field 'sha256' is unknown"),
         (changed(other=1), "field 'other' is unknown"),

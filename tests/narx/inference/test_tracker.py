@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.checkpoint import Checkpoint, load, save
-from narx.inference.tracker import PostureTracker, leak_rad_s
+from narx.inference.tracker import PostureTracker, Tracking, leak_rad_s
+from narx.kernels import tracker as kernel
 from narx.kinematics.segment_angles import (
     angles_from_orientation,
     axis_rates,
@@ -95,11 +96,29 @@ def test_a_bias_that_was_left_in_is_found():
     assert off_deg(start_up_alone, Walk(), (45, 90), bias_deg_s=bias) > 1.5 * with_tracker
 
 
+def test_a_posture_that_wanders_is_not_taken_for_a_bias_that_was_measured():
+    walk = Walk(120.0, turns=False)
+    walk.walks = walk.ramp(4.0, 1.0)
+    wander = 3.0 * np.sin(2.0 * np.pi * walk.time_s / 40.0)
+    walk.posture_deg[:] = (wander * walk.ramp(4.0, 1.0))[:, None]
+    doubtful = off_deg(tracked(known_bias_sd_deg_s=0.5), walk, (10, 120), known=True)
+    assert off_deg(tracked(), walk, (10, 120), known=True) < 0.9 * doubtful
+
+
+def test_an_unmeasured_bias_is_doubtful_from_either_start():
+    tracker = tracked().with_doubtful_bias().tracker
+    for start in (None, np.zeros(3)):
+        covariance = Tracking(tracker, network(), start).covariance
+        np.testing.assert_allclose(
+            np.degrees(np.sqrt(np.diag(covariance)[kernel.BIAS : kernel.LEAN])), 2.0
+        )
+
+
 def test_the_bias_is_taken_from_rest_at_once():
     walk = Walk(30.0)
     walk.walks = walk.ramp(10.0, 1.0)
     walk.turn[:] = 0.0
-    method = tracked(bias_sd_deg_s=3.0)
+    method = tracked(known_bias_sd_deg_s=3.0)
     bias = (2.0, -1.5, 1.0)
     assert off_deg(method, walk, (5, 10), bias_deg_s=bias, known=True) < 2.5
     assert off_deg(method, walk, (20, 30), bias_deg_s=bias, known=True) < 2.5
