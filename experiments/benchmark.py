@@ -28,6 +28,7 @@ from narx.experiments.rivals import NETWORK_METHODS, rivals_of
 from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.sources import combined_index, one_ahead, open_sources
 from narx.experiments.tensorboard_log import TensorBoardLog
+from narx.files import safe_name
 from narx.inference import checkpoint as checkpoints
 from narx.inference.checkpoint import Checkpoint
 from narx.method import OrientationMethod
@@ -155,7 +156,7 @@ def _trained(
 ) -> Checkpoint:
     if log is None:
         return network_of(cfg, sources, fold, lambda iteration, numbers: None)
-    with log.of_fold(_file_name(fold.name)) as fold_log:
+    with log.of_fold(safe_name(fold.name, 120)) as fold_log:
         return network_of(cfg, sources, fold, fold_log.iteration)
 
 
@@ -172,14 +173,10 @@ def _benchmark(cfg: DictConfig) -> None:
         write_json(about, directory / "environment.json")
         write_json(gathered.workload.report(), directory / "timing.json")
         for fold, network in gathered.networks.items():
-            checkpoints.save(network, directory / "networks" / f"{_file_name(fold)}.pt")
+            checkpoints.save(network, directory / "networks" / f"{safe_name(fold, 120)}.pt")
         summary = write_report(report, cfg, gathered, directory, log)
     print(summary)
     print(f"\nresults.csv, summary.md, figures and TensorBoard events: {directory}")
-
-
-def _file_name(fold: str) -> str:
-    return "".join(letter if letter.isalnum() or letter in "._-" else "_" for letter in fold)
 
 
 main = command("benchmark")(_benchmark)

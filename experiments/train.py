@@ -62,17 +62,18 @@ def _train(cfg: DictConfig) -> float | list[float]:
             HELD_BACK: float(restarts["validation_rmse_best_deg"]),
             WEIGHTS: float(network.model.structure.n_weights),
         }
-        figure = training_history_figure(network, fold.name)
-        save_figure(figure, directory / "figures" / "training.png")
-        log.figure("training", figure)
+        summary = training_summary(fold.name, network, results, cfg.training.skip_s)
+        _write(directory, cfg, network, results, pieces(evaluated), summary)
         log.weights(network)
         log.scalars(metrics)
         metrics |= log.results(results)
         log.table_of_runs(chosen, metrics)
-    summary = training_summary(fold.name, network, results, cfg.training.skip_s)
-    _write(directory, cfg, network, results, pieces(evaluated), summary)
-    write_json(metrics, directory / "metrics.json")
-    write_json(workload.report(), directory / "timing.json")
+        write_json(metrics, directory / "metrics.json")
+        write_json(workload.report(), directory / "timing.json")
+        # last, since it can be drawn again
+        figure = training_history_figure(network, fold.name)
+        save_figure(figure, directory / "figures" / "training.png")
+        log.figure("training", figure)
     print(
         f"{fold.name}: held-back error {metrics[HELD_BACK]:.3f} deg, stopped by "
         f"{network.history['report']['code']}\n{directory / 'checkpoint.pt'}"

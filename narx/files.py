@@ -1,13 +1,51 @@
-"""Files that are either complete or absent, and digests of files."""
+"""Files that are either complete or absent, digests of files, and safe names of files."""
 
 import functools
 import hashlib
 import os
+import re
 import tempfile
+import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
+
+# of a name made from data; with a prefix and a suffix of ours it stays below 255 bytes
+_LONGEST_BYTES = 180
+# of the temporary files beside those that are being written
+_TEMPORARY = ".narx-"
+# device names that Windows reserves, with any suffix
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\.|$)", re.IGNORECASE)
+
+
+def safe_name(text: str, longest: int = 60) -> str:
+    """Convert a name from a file, a folder or a configuration to one that is safe in a path.
+
+    Parameters
+    ----------
+    text : str
+        Anything.
+    longest : int
+        Number of letters beyond which the name is cut; eight of them then identify what was cut.
+
+    Returns
+    -------
+    str
+        Letters, digits, blanks and ``_ - + .``; no dot or blank at either end, no reserved name,
+        at most `longest` letters and 180 bytes, never empty. A name that is safe already is
+        returned unchanged.
+    """
+    kept = re.sub(r"[^\w +.-]", "_", text).strip(". ")
+    if len(kept) > longest or len(os.fsencode(kept)) > _LONGEST_BYTES:
+        digest = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:7]
+        kept = kept[: longest - 8]
+        while len(os.fsencode(kept)) > _LONGEST_BYTES - 8:
+            kept = kept[:-1]
+        kept = f"{kept}-{digest}"
+    if _RESERVED.match(kept):
+        kept = f"_{kept}"
+    return kept or "unnamed"
 
 
 @contextmanager
@@ -27,7 +65,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=".", suffix=target.suffix)
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=_TEMPORARY, suffix=target.suffix)
     os.close(handle)
     temporary = Path(name)
     try:
@@ -39,6 +77,24 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_temporaries(folder: str | os.PathLike[str], unused_s: float = 0.0) -> None:
+    """Remove what killed processes left of `atomic_path`.
+
+    Parameters
+    ----------
+    folder : path-like
+        Folder that is searched with all folders below it.
+    unused_s : float
+        Time since the last change of a file that is removed, s. 0 is for a folder in which no
+        other process writes.
+    """
+    for path in Path(folder).rglob(f"{_TEMPORARY}*"):
+        # another process may have finished or removed it
+        with suppress(FileNotFoundError):
+            if time.time() - path.stat().st_mtime >= unused_s:
+                path.unlink()
 
 
 def sha256_of(path: str | os.PathLike[str]) -> str:

@@ -16,11 +16,15 @@ from tqdm import tqdm
 from narx.datasets.segment_names import segment_of
 from narx.errors import UserError
 from narx.experiments.predictions.single import predict_file
-from narx.files import atomic_path, sha256_of
+from narx.files import atomic_path, remove_temporaries, safe_name, sha256_of
 from narx.recordings.trial import side_of
 
 READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip")
 SUMMARY, JOURNAL = "summary.csv", ".finished.jsonl"
+# bytes of a file name, in all common file systems
+_LONGEST_NAME = 255
+# a temporary file this old belongs to no process that is still at work
+_ABANDONED_S = 3600.0
 # options that do not change what is in a file
 _NOT_IN_KEY = ("input", "output", "jobs", "hydra")
 
@@ -89,6 +93,7 @@ def predict_all(cfg: DictConfig, folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise UserError(f"output: '{folder}' is a file, expected a folder for many recordings")
     folder.mkdir(parents=True, exist_ok=True)
+    remove_temporaries(folder, _ABANDONED_S)
     options = _options_hash(cfg)
     keys = {file: _key(file, options) for file in files}
     targets = {file: _target(cfg, folder, root, file) for file in files}
@@ -136,6 +141,9 @@ def _files(value: str, output: Path) -> tuple[Path, list[Path]]:
     else:
         parts = path.parts
         fixed = next(k for k, part in enumerate(parts) if any(c in part for c in "*?["))
+        if ".." in parts[fixed:]:
+            # a result is written under its input's name below the output folder
+            raise UserError(f"input: '{value}' has '..' behind a wildcard, expected it before")
         root = Path(*parts[:fixed]) if fixed else Path()
         found = root.glob(str(Path(*parts[fixed:])))
     files = sorted(
@@ -158,7 +166,10 @@ def _name(root: Path, file: Path) -> str:
 def _target(cfg: DictConfig, folder: Path, root: Path, file: Path) -> Path:
     # the input's suffix stays in the name: walk.csv and walk.mat are two recordings
     relative = file.relative_to(root)
-    return folder / relative.with_name(f"{relative.name.replace('.', '_')}_angles.{cfg.format}")
+    name, ending = relative.name.replace(".", "_"), f"_angles.{cfg.format}"
+    if len(os.fsencode(name + ending)) > _LONGEST_NAME:
+        name = safe_name(name, _LONGEST_NAME)
+    return folder / relative.with_name(name + ending)
 
 
 def _options_hash(cfg: DictConfig) -> str:

@@ -1,9 +1,10 @@
 """Write the output of a report: summary.md, figures, TensorBoard."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from matplotlib.figure import Figure
 from omegaconf import DictConfig
 
 from narx.evaluation.trial import Refusal
@@ -13,7 +14,7 @@ from narx.experiments.reports.networks import about_network, training_history_fi
 from narx.experiments.reports.report import Report, Section
 from narx.experiments.runs.record import write_json
 from narx.experiments.tensorboard_log import TensorBoardLog
-from narx.files import atomic_path
+from narx.files import atomic_path, safe_name
 
 # reasons differ in their numbers from trial to trial; the first few suffice for a reader
 _REASONS_SHOWN = 8
@@ -60,11 +61,25 @@ def write_report(
     for fold, network in gathered.networks.items():
         if "report" in network.history:
             figures[f"training_{fold}"] = training_history_figure(network, fold)
-    for name, figure in figures.items():
-        save_figure(figure, directory / "figures" / f"{name}.png")
-        log.figure(name, figure)
     write_json(log.results(gathered.results), directory / "metrics.json")
+    save_figures(figures, directory)
+    for name, figure in figures.items():
+        log.figure(name, figure)
     return text
+
+
+def save_figures(figures: Mapping[str, Figure], directory: Path) -> None:
+    """Write figures into the folder ``figures`` of a run.
+
+    Parameters
+    ----------
+    figures : mapping of str to matplotlib.figure.Figure
+        By name, which may contain names from recordings.
+    directory : pathlib.Path
+        Run directory.
+    """
+    for name, figure in figures.items():
+        save_figure(figure, directory / "figures" / f"{safe_name(name, 120)}.png")
 
 
 def _heading(gathered: Gathered) -> str:

@@ -15,7 +15,7 @@ from omegaconf import DictConfig, OmegaConf
 from narx.errors import UserError
 from narx.experiments.runs.identity import code_digest, flat_settings, run_identity
 from narx.experiments.runs.record import write_json
-from narx.files import atomic_path
+from narx.files import atomic_path, remove_temporaries
 
 RECORD = "run.json"
 _LOCK = ".lock"
@@ -130,6 +130,7 @@ def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> It
         if found is not None and found["state"] == "finished":
             yield Run(folder, found)
             return
+        remove_temporaries(folder)
         run = Run(folder, wanted)
         _write_configuration(folder, cfg)
         write_json(run.record, folder / RECORD)

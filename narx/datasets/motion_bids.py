@@ -18,10 +18,10 @@ from scipy.spatial.transform import Rotation
 from narx.datasets.base import TrialSource
 from narx.datasets.bids_files import entities_of, raw_motion_files, start_offsets_s
 from narx.datasets.bids_system import QUATERNION, VECTOR, TrackingSystem
-from narx.datasets.segment_names import safe_name, segment_of
+from narx.datasets.segment_names import segment_of
 from narx.datasets.tracked_sensor import AlignedSensors, RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError, UserError
-from narx.files import sha256_of
+from narx.files import safe_name, sha256_of
 from narx.recordings.plausibility import admit
 from narx.recordings.resampling import uniform_clock
 from narx.recordings.rest import first_rest_s

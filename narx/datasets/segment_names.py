@@ -2,6 +2,8 @@
 
 import re
 
+from narx.files import safe_name
+
 _PARTS = {
     "thigh": ("thigh", "upperleg", "upleg", "femur"),
     "shank": ("shank", "lowerleg", "tibia", "shin", "calf"),
@@ -9,7 +11,6 @@ _PARTS = {
     "foot": ("foot",),
 }
 _SIDES = {"left": ("left", "l"), "right": ("right", "r")}
-_MAX_LETTERS = 60
 
 
 def segment_of(name: str) -> str:
@@ -41,20 +42,3 @@ def segment_of(name: str) -> str:
         if spellings[0] in joined or spellings[1] in words or rest == spellings[1]:
             return f"{part}_{side}"
     return part
-
-
-def safe_name(name: str) -> str:
-    """Convert a name to one that is safe in a path.
-
-    Parameters
-    ----------
-    name : str
-        Anything.
-
-    Returns
-    -------
-    str
-        Letters, digits, blanks and ``_ - + .``; no leading dot, 60 at most, never empty.
-    """
-    kept = re.sub(r"[^\w +.-]", "_", name).lstrip(". ")[:_MAX_LETTERS].rstrip(". ")
-    return kept or "unnamed"
