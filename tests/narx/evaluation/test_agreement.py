@@ -1,3 +1,5 @@
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -179,3 +181,48 @@ def test_too_few_for_limits():
         limits_of_agreement([1.0, np.nan])
     with pytest.raises(ValueError, match="two subjects"):
         repeated_limits_of_agreement([1.0, 2.0, np.nan], ["a", "a", "b"])
+
+
+@pytest.mark.parametrize(("n", "factor"), [(5, 4.203), (10, 2.911), (20, 2.396), (50, 2.065)])
+def test_published_tolerance_factors(monkeypatch, n, factor):
+    """One-sided factors for 95 % of a population with 95 % confidence (ISO 16269-6, table)."""
+    # the package's function of the same name hides the module
+    module = sys.modules["narx.evaluation.agreement"]
+    monkeypatch.setattr(module, "LIMITS_SD", stats.norm.ppf(0.95))
+    errors = np.random.default_rng(n).normal(3.0, 2.0, n)
+    found = limits_of_agreement(errors, confidence=0.90)  # two tails of 5 %
+    reach = factor * errors.std(ddof=1)
+    assert found.upper_interval[1] == pytest.approx(errors.mean() + reach, abs=2e-3)
+    assert found.lower_interval[0] == pytest.approx(errors.mean() - reach, abs=2e-3)
+    assert found.lower_interval[0] < found.lower < found.lower_interval[1]
+
+
+def test_unbalanced_subjects_by_hand():
+    """Bland and Altman (2007): the within part counts 1 less the mean of 1 / count."""
+    errors, subjects = [0.0, 2.0, 4.0, 6.0], ["a", "b", "b", "b"]
+    found = repeated_limits_of_agreement(errors, subjects)
+    # means 0 and 4: variance 8; within: 8 / 2 = 4; 1 - (1 + 1/3) / 2 = 1/3 of it
+    assert found.bias == pytest.approx(2.0)
+    assert found.sd == pytest.approx(np.sqrt(8.0 + 4.0 / 3.0))
+    assert found.bias_interval[1] - found.bias == pytest.approx(
+        stats.t.ppf(0.975, 1) * np.sqrt(8.0 / 2)
+    )
+
+
+def test_repeated_intervals_by_the_formula_of_zou():
+    """Equations for variance components, written out for two subjects of two errors each."""
+    errors, subjects = np.array([0.0, 1.0, 3.0, 6.0]), ["a", "a", "b", "b"]
+    found = repeated_limits_of_agreement(errors, subjects)
+    between, within, share = 8.0, (0.5 + 4.5) / 2, 0.5
+    variance = between + share * within
+    chi_low, chi_high = stats.chi2.ppf([0.025, 0.975], 1), stats.chi2.ppf([0.025, 0.975], 2)
+    down = np.hypot(between * (1 / chi_low[1] - 1), share * within * (2 / chi_high[1] - 1))
+    up = np.hypot(between * (1 / chi_low[0] - 1), share * within * (2 / chi_high[0] - 1))
+    sd = np.sqrt(variance)
+    sd_low, sd_high = np.sqrt(max(variance - down, 0.0)), np.sqrt(variance + up)
+    mean_reach = stats.t.ppf(0.975, 1) * np.sqrt(between / 2)
+    outer = np.hypot(mean_reach, 1.96 * (sd_high - sd))
+    inner = np.hypot(mean_reach, 1.96 * (sd - sd_low))
+    assert found.sd == pytest.approx(sd)
+    assert found.upper_interval == pytest.approx((found.upper - inner, found.upper + outer))
+    assert found.lower_interval == pytest.approx((found.lower - outer, found.lower + inner))

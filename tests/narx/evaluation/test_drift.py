@@ -181,3 +181,72 @@ def test_too_short_is_refused():
         drift_test([], [])
     with pytest.raises(MethodNotApplicableError, match="expected three"):
         drift_test(TIME_S, np.full_like(TIME_S, np.nan))
+
+
+def _steps(first, last, block_s=10.0):
+    """A recording of two windows whose blocks have given errors, degrees."""
+    time_s = np.arange(0.0, block_s * (len(first) + len(last)), 0.1)
+    return time_s, np.radians(np.concatenate([first, last])[(time_s // block_s).astype(int)])
+
+
+def test_two_windows_of_unrelated_blocks_are_welchs_test():
+    """Blocks that alternate have no positive memory, so every block counts as one value."""
+    sign = np.where(np.arange(30) % 2, 1.0, -1.0)
+    size = np.linspace(0.5, 1.5, 30)
+    first, last = 2.0 + 0.2 * sign * size, 2.1 + 0.6 * sign * size[::-1]
+    found = drift_test(*_steps(first, last), quantity="bias")
+    expected = stats.ttest_ind(last, first, equal_var=False)
+    assert found.n_windows == 2
+    assert found.freedom == pytest.approx(expected.df)
+    assert found.p_value == pytest.approx(expected.pvalue)
+    interval = expected.confidence_interval(0.95)
+    assert [found.low_deg, found.high_deg] == pytest.approx([interval.low, interval.high])
+    assert found.change_deg == pytest.approx(last.mean() - first.mean())
+    assert (found.first_deg, found.last_deg) == pytest.approx((first.mean(), last.mean()))
+
+
+def test_blocks_that_remember_count_less():
+    """By hand: lag-one correlation r with Kendall's correction, n (1 - r) / (1 + r) values."""
+    first = 2.0 + np.repeat([0.3, -0.3, 0.1, -0.1, 0.2, -0.2], 5)
+    last = first + 0.5
+    found = drift_test(*_steps(first, last), quantity="bias")
+    centred = first - first.mean()
+    r = (centred[:-1] @ centred[1:]) / (centred @ centred)
+    r += (1 + 4 * r) / 30
+    n = 30 * (1 - r) / (1 + r)
+    error = np.sqrt(2.0 * first.var(ddof=1) / n)
+    assert found.freedom == pytest.approx(2 * (n - 1))
+    assert found.p_value == pytest.approx(2 * stats.t.sf(0.5 / error, 2 * (n - 1)))
+
+
+def test_many_windows_scatter_about_a_line():
+    """By hand: residual variance of a regression, twice it for a difference of two windows."""
+    offsets = np.array([0.0, 0.3, -0.2, 0.1, 0.25, -0.15, 0.05, 0.2])
+    errors = 1.0 + np.repeat(offsets, 30)
+    time_s = np.arange(0.0, 300.0 * len(offsets), 0.1)
+    found = drift_test(time_s, np.radians(errors[(time_s // 10.0).astype(int)]), quantity="bias")
+    line = stats.linregress(np.arange(8.0), offsets)
+    rest = offsets - line.intercept - line.slope * np.arange(8.0)
+    error = np.sqrt(2.0 * np.sum(rest**2) / 6)
+    assert (found.n_windows, found.freedom) == (8, 6.0)
+    assert found.p_value == pytest.approx(2 * stats.t.sf(0.2 / error, 6), rel=1e-6)
+    reach = stats.t.ppf(0.975, 6) * error
+    assert [found.low_deg, found.high_deg] == pytest.approx([0.2 - reach, 0.2 + reach], rel=1e-6)
+
+
+def test_the_slope_is_per_hour_and_blocks_have_their_middle():
+    time_s = np.arange(0.0, 3600.0, 0.5)
+    found = drift_test(time_s, np.radians(1.0 + 2.0 * time_s / 3600.0), quantity="bias")
+    assert found.slope_deg_per_h == pytest.approx(2.0, rel=1e-6)
+    middle, value = block_errors(time_s, np.radians(time_s / 3600.0), 10.0, "bias")
+    assert middle[[0, 1, -1]] == pytest.approx([5.0, 15.0, 3595.0])
+    assert value == pytest.approx((middle - 0.25) / 3600.0)
+
+
+def test_a_block_less_than_half_full_is_left_out():
+    time_s = np.arange(0.0, 40.0, 0.1)
+    error = np.full_like(time_s, 0.1)
+    error[100:152] = np.nan  # 48 of 100 samples left
+    error[200:248] = np.nan  # 52 left
+    middle, _ = block_errors(time_s, error)
+    assert middle.tolist() == [5.0, 25.0, 35.0]

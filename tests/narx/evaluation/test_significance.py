@@ -88,3 +88,17 @@ def test_nothing_to_tell():
     assert np.isnan(paired_test([np.inf, 1.0], [1.0, 0.0]).p_permutation)
     with pytest.raises(ValueError, match="expected twice"):
         paired_test([1.0], [1.0, 2.0])
+
+
+def test_the_interval_is_the_expanded_percentile_of_all_resamples():
+    """Hesterberg (2015): the level whose normal quantile is t times the root of n / (n - 1)."""
+    values = np.array([0.0, 1.0, 3.2, 4.1, 7.0])
+    n = len(values)
+    means = values[np.indices((n,) * n).reshape(n, -1)].mean(axis=0)  # all 5^5 resamples
+    tail = stats.norm.cdf(-stats.t.ppf(0.975, n - 1) * np.sqrt(n / (n - 1)))
+    assert tail == pytest.approx(0.00096, abs=2e-5)
+    expected = np.quantile(means, [tail, 1 - tail])
+    # without the expansion the tail is 0.0028, three times as much
+    assert (expected - np.quantile(means, [0.0028, 0.9972]))[0] < -0.15
+    found = bootstrap_mean(values, n_resamples=200_000)
+    np.testing.assert_allclose([found.low, found.high], expected, atol=0.07)

@@ -50,3 +50,16 @@ def test_nothing_and_nonsense():
         calibration([1.0], [-1.0])
     with pytest.raises(ValueError, match="shape"):
         calibration([1.0], [1.0, 2.0])
+
+
+def test_an_error_on_the_bound_is_inside():
+    """A central band is closed: as many errors at its bound as beyond it would be half covered."""
+    bound = stats.norm.ppf(0.5 + 0.95 / 2.0)
+    assert coverage_curve([bound, -bound], [1.0, 1.0], [0.95]) == 1.0
+    assert coverage_curve([np.nextafter(bound, 9.0)], [1.0], [0.95]) == 0.0
+
+
+def test_root_mean_squares_by_hand():
+    found = calibration([3.0, 4.0], [1.0, 2.0])
+    assert found.scale == pytest.approx(np.sqrt((9.0 + 4.0) / 2))
+    assert found.sharpness_deg == pytest.approx(np.degrees(np.sqrt(2.5)))

@@ -4,7 +4,13 @@ import pytest
 from narx.calibration.calibrate import calibrate
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.errors import UserError
-from narx.gait.phases import MEANING, PHASES, gait_phases, smooth_rate_and_derivative
+from narx.gait.phases import (
+    MEANING,
+    PHASES,
+    GaitPhases,
+    gait_phases,
+    smooth_rate_and_derivative,
+)
 from narx.gait.stride_frequency import stride_frequency_hz
 
 STRIDE_HZ = 0.9
@@ -168,3 +174,52 @@ def test_stride_times_of_the_simulator(walks):
         assert stride_frequency_hz(rate, trial.sampling_rate_hz) == pytest.approx(
             1 / np.mean(true), rel=0.02
         )
+
+
+def phases_at(times_s):
+    times = np.asarray(times_s, dtype=float)
+    return GaitPhases({point: times + 0.1 * k for k, point in enumerate(MEANING)})
+
+
+def test_a_pause_is_no_stride_and_a_slow_stride_is_one():
+    """Up to 1.75 usual strides one stride, as long as two of them it is a pause or a lost one."""
+    found = phases_at([0.0, 1.0, 2.0, 3.7, 4.7, 6.5, 7.5]).stride_times_s("e")
+    np.testing.assert_allclose(found, [1.0, 1.0, 1.7, 1.0, np.nan, 1.0])
+
+
+def test_statistics_by_hand():
+    found = phases_at([0.0, 1.0, 2.1, 3.0]).statistics("a")
+    spread = np.std([1.0, 1.1, 0.9], ddof=1)
+    assert found == pytest.approx(
+        {
+            "n_strides": 3.0,
+            "stride_time_s": 1.0,
+            "stride_time_sd_s": spread,
+            "stride_time_cv_percent": 100 * spread,
+            "cadence_steps_per_min": 120.0,
+        }
+    )
+    assert np.isnan(phases_at([0.0]).statistics()["stride_time_s"])
+
+
+def test_a_pause_between_two_walks_is_no_stride():
+    walk = thigh_rate()
+    # from swing to swing four seconds
+    stopped = np.concatenate([walk, np.zeros(300), walk])
+    phases = gait_phases(stopped, 100.0)
+    ends_s = len(walk) / 100.0
+    pause = (phases.times_s["a"] < ends_s) & (phases.times_s["e"] > ends_s + 3.0)
+    assert not pause.any()
+    last = np.flatnonzero(phases.times_s["a"] < ends_s)[-1]
+    assert np.isnan(phases.times_s["g"][last])
+
+
+def test_pieces_keep_their_time_and_crossings_lie_between_samples():
+    rate = thigh_rate(50.0)
+    whole = gait_phases(rate, 50.0).times_s["e"]
+    rate[:5] = np.nan
+    later = gait_phases(rate, 50.0).times_s["e"]
+    shared = min(len(whole), len(later))
+    np.testing.assert_allclose(whole[-shared:], later[-shared:], atol=2e-3)
+    # equal strides: without interpolation they would differ by a sample, 20 ms
+    assert np.std(np.diff(whole[2:-2])) < 1.5e-3

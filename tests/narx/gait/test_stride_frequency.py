@@ -89,3 +89,55 @@ def test_the_tracker_keeps_its_answer_while_standing():
     rate = np.concatenate([thigh_rate(0.9, 100.0, 20.0, noise=0.0), np.zeros(2000)])
     followed = StrideFrequencyTracker().follow(rate, 100.0)
     assert followed[-1] == pytest.approx(followed[2000], rel=0.05)
+
+
+def test_the_first_peak_within_15_percent_of_the_highest_is_the_stride():
+    """Every second stride a little larger: two strides agree better than one with the next."""
+    time_s = np.arange(6000) / 100.0
+    for other, expected in ((0.2, 1.2), (0.5, 0.6)):
+        # the correlation after one stride is (1 - other^2) / (1 + other^2): 0.92 and 0.6
+        rate = np.cos(2 * np.pi * 1.2 * time_s) + other * np.cos(2 * np.pi * 0.6 * time_s)
+        assert stride_frequency_hz(rate, 100.0) == pytest.approx(expected, rel=0.005)
+
+
+def test_it_lies_between_lags():
+    """At 20 samples per second a lag is 5 % of a stride; the parabola finds a thousandth."""
+    time_s = np.arange(4000) / 20.0
+    for stride_hz in (0.87, 0.93, 1.04):
+        rate = np.cos(2 * np.pi * stride_hz * time_s)
+        assert stride_frequency_hz(rate, 20.0) == pytest.approx(stride_hz, rel=2e-3)
+
+
+def test_strides_beyond_the_range_are_none():
+    time_s = np.arange(6000) / 100.0
+    assert np.isnan(stride_frequency_hz(np.cos(2 * np.pi * 0.3 * time_s), 100.0))
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 50.0])
+def test_the_tracker_places_crossings_between_samples(rate_hz):
+    """A stride of 1.07 s at 20 Hz is 21.4 samples: whole samples would be 2 % off."""
+    stride_hz = 0.935
+    rate = 2.0 * np.cos(2 * np.pi * stride_hz * np.arange(round(60 * rate_hz)) / rate_hz)
+    followed = StrideFrequencyTracker().follow(rate, rate_hz)
+    late = followed[round(20 * rate_hz) :]
+    np.testing.assert_allclose(late, stride_hz, rtol=4e-3)
+
+
+def test_the_first_stride_counts_wholly_and_each_later_one_by_its_weight():
+    """Strides of 1 s, then of 1.25 s: an exponential average of stride times, by hand."""
+    durations_s = np.repeat([1.0, 1.25], 12)
+    ends_s = np.cumsum(durations_s)
+    time_s = np.arange(0.0, ends_s[-1], 0.002)
+    phase = np.interp(time_s, np.r_[0.0, ends_s], np.arange(len(ends_s) + 1.0))
+    followed = StrideFrequencyTracker(start_frequency_hz=0.5).follow(
+        2.0 * np.cos(2 * np.pi * phase), 500.0
+    )
+    values = 1.0 / followed[np.flatnonzero(np.diff(followed)) + 1]
+    assert values[0] == pytest.approx(1.0, abs=0.02)  # 2 s of the start are forgotten at once
+    steps = np.flatnonzero(np.abs(np.diff(values)) > 0.01)
+    # 0.3 of the difference, then 0.3 of what remains
+    changed = (values[steps[0] :][:6] - 1.0) / 0.25
+    later = changed[2:5] / changed[1:4]
+    left = (1 - changed[2:5]) / (1 - changed[1:4])
+    assert (later > 1).all()
+    np.testing.assert_allclose(left, 0.7, atol=0.03)

@@ -91,3 +91,9 @@ def test_it_is_the_high_pass_of_theory():
     swing = np.sin(2 * np.pi * time)[:, None] * np.ones(3)
     taken = swing - wash_out(swing, np.zeros(3), gain, np.zeros(3))
     np.testing.assert_allclose(np.ptp(taken[-100:]), 2.0 / (2 * np.pi * 10.0), rtol=0.02)
+
+
+def test_the_gain_is_backward_euler():
+    """m' = (d - m) / T, with the derivative at the end of the step: (m T + h d) / (T + h)."""
+    assert washout_gain(3.0, 1.0) == pytest.approx(0.25)
+    assert washout_gain(1.0, 1.0) == pytest.approx(0.5)

@@ -94,3 +94,32 @@ def test_coupled_axes_can_keep_two_states_apart_although_each_axis_contracts():
     alone = stability_statement(linear_network(pole, 0.0, gain, coupled=False))
     assert (alone.coupled_rates_tried, alone.coupled_rates_apart) == (0, 0)
     assert alone.coupled_rate_apart_rad_s is None
+
+
+@pytest.mark.parametrize(
+    ("rate_scale", "rate_rms", "angle_scale", "rate_range", "angle_range"),
+    [
+        (2.0, 0.7, 0.4, 2.1, 1.0),  # three times the rms; angles up to 1 rad
+        (2.0, 0.5, 0.2, 2.0, 0.6),  # the scale itself; three times the scale
+    ],
+)
+def test_the_tested_range_is_that_of_gait(
+    rate_scale, rate_rms, angle_scale, rate_range, angle_range
+):
+    """Peaks of gait are about three times its root mean square."""
+    model = linear_network(0.97, 0.0, 0.01)
+    model.normalisation = Normalisation(rate_scale, angle_scale, rate_rms_rad_s=rate_rms)
+    statement = stability_statement(model, n_levels=3)
+    assert statement.rate_range_rad_s == pytest.approx(rate_range)
+    assert statement.angle_range_rad == pytest.approx(angle_range)
+
+
+def test_the_excursion_is_that_of_ten_times_the_rates():
+    """A linear network at its gain: constant rates reach the angles of the range, times ten."""
+    pole = math.exp(-1.0 / (RATE_HZ * 0.3))
+    model = linear_network(pole, 0.0, 0.01)
+    statement = stability_statement(model, n_levels=3)
+    leak = 1.0 / 0.3
+    size = min(statement.rate_range_rad_s, leak * statement.angle_range_rad)
+    constant = 10.0 * size * statement.gain_at_zero_frequency_s
+    assert statement.excursion_rad == pytest.approx(constant, rel=0.15)

@@ -109,3 +109,41 @@ def test_motions_that_do_not_belong_together_are_refused(motion):
         estimate_clock_offset(
             imu_time, motion[2](imu_time), optical_time, np.full_like(quaternion, np.nan)
         )
+
+
+def test_the_spline_is_not_used_across_gaps(motion):
+    """Between two distant samples a spline swings; such intervals must not be compared."""
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    kept = np.ones(len(imu_time), dtype=bool)
+    for begin in range(50, 1800, 100):
+        kept[begin : begin + 30] = False
+    gyroscope = motion[2](imu_time)
+    gyroscope[~kept] = np.nan
+    optical_time, quaternion = _optical(motion, 62.5)
+    found, correlation = estimate_clock_offset(imu_time, gyroscope, optical_time, quaternion)
+    assert found == pytest.approx(0.0, abs=2e-4)
+    assert correlation > 0.9999
+    fit = estimate_misalignment(imu_time, gyroscope, optical_time, quaternion)
+    assert fit.residual_rad_s < 0.01
+    assert fit.inlier_share > 0.97
+
+
+def test_an_interval_in_which_a_frame_is_lost_does_not_count(motion):
+    """Every third frame is followed by a lost one: of three intervals two are left."""
+    imu_time = np.arange(0.0, 2.0, 1 / 100.0)
+    optical_time, quaternion = _optical(motion, 62.5)
+    rows = [4 * k + j for k in range(9) for j in range(3)]
+    with pytest.raises(RecordingError, match="only 18 intervals"):
+        estimate_clock_offset(imu_time, motion[2](imu_time), optical_time[rows], quaternion[rows])
+
+
+def test_the_residual_is_per_axis(motion):
+    noise = np.random.default_rng(0).normal(size=(1850, 3))
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    optical_time, quaternion = _optical(motion, 100.0)
+    fit = estimate_misalignment(
+        imu_time, motion[2](imu_time) + 0.1 * noise, optical_time, quaternion, interval_s=0.01
+    )
+    # the spline through noise, averaged from sample to sample, keeps about two thirds of it
+    assert 0.05 < fit.residual_rad_s < 0.1
+    assert fit.inlier_share == pytest.approx(1.0, abs=0.01)

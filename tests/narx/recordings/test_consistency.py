@@ -93,3 +93,24 @@ def test_recorded_walks_are_not_doubted(data_root):
                 }
                 for message, pair in wrong.items():
                     assert message in contradiction(fit_rotation(*pair, rate_hz))
+
+
+def test_only_what_is_slower_than_1_5_hz_is_compared():
+    """Impacts of a walk shake the accelerometer at 5 Hz without turning it."""
+    time_s = np.arange(0.0, 40.0, 0.01)
+    angle = 0.5 * np.sin(2 * np.pi * 0.8 * time_s)
+    rate = np.random.default_rng(0).normal(0.0, 0.02, (len(time_s), 3))
+    rate[:, 1] = 0.5 * 2 * np.pi * 0.8 * np.cos(2 * np.pi * 0.8 * time_s)
+    force = 9.81 * np.column_stack([-np.sin(angle), 0 * angle, np.cos(angle)])
+    clean = fit_rotation(rate, force, 100.0)
+    assert clean.slope == pytest.approx(1.0, abs=0.03)
+    force[:, 0] += 4.0 * np.sin(2 * np.pi * 5.0 * time_s)
+    force[:, 2] += 4.0 * np.cos(2 * np.pi * 5.0 * time_s)
+    shaken = fit_rotation(rate, force, 100.0)
+    assert shaken.r2 > 0.95
+    assert shaken.slope == pytest.approx(clean.slope, abs=0.05)
+    # a rotation at 3 Hz is too fast for the comparison: nothing moves
+    fast = 0.1 * rate
+    fast[:, 1] = np.cos(2 * np.pi * 6.0 * time_s)
+    still = np.tile([0.0, 0.0, 9.81], (len(time_s), 1))
+    assert fit_rotation(fast, still, 100.0) is None

@@ -80,3 +80,32 @@ def test_a_slower_sensor_on_a_faster_clock(walk):
     assert not repeats[np.arange(801, len(held)) // 4 * 4].any()
     assert repeats[800:].mean() == pytest.approx(0.75, abs=0.01)
     assert repeats_of_a_slower_sensor(walk.gyroscope_rad_s) is None
+
+
+def test_a_spike_stands_out_eight_times_from_all_other_samples():
+    """Noise whose 99th percentile is known: six times it is noise, twelve times a spike."""
+    noise = np.random.default_rng(0).normal(0.0, 0.4, (3000, 3))
+    time_s = np.arange(3000) / 100.0
+    size = np.quantile(np.linalg.norm(noise, axis=1), 0.99)
+    for factor, is_spike in ((6.0, False), (12.0, True)):
+        rate = noise.copy()
+        rate[1500, 1] += factor * size
+        found, _ = without_faults(time_s, rate)
+        assert np.isnan(found[1500]).all() == is_spike
+        assert np.isfinite(np.delete(found, 1500, axis=0)).all()
+
+
+def test_what_turns_by_less_than_two_degrees_at_once_is_no_spike():
+    time_s = np.arange(3000) / 100.0
+    for turn_deg, is_spike in ((1.5, False), (3.0, True)):
+        rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
+        rate[1500, 1] = np.radians(turn_deg) * 100.0
+        assert np.isnan(without_faults(time_s, rate)[0][1500]).all() == is_spike
+
+
+def test_an_impact_that_rings_is_no_spike():
+    """A step stays away from where it came from."""
+    rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
+    rate[1500:, 1] += 3.0
+    rate[1500, 1] += 4.0
+    assert np.isfinite(without_faults(np.arange(3000) / 100.0, rate)[0]).all()
