@@ -1,5 +1,6 @@
 """The one interface that the network and every baseline share."""
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from narx.errors import MethodNotApplicableError
 from narx.kernels.clock import lay_out
-from narx.recursion import Recursion, SampleBySample, Step
+from narx.recursion import ClockNumbers, Recursion, SampleBySample, Step, new_clock
 from narx.types import BoolArray, FloatArray
 
 # a few lost samples are interpolated across, a lost part of a stride is not
@@ -88,8 +89,8 @@ class OrientationMethod(ABC):
     name: ClassVar[str]
     needs_accelerometer: ClassVar[bool] = False
     streams: ClassVar[bool] = False
-    # whether short gaps are interpolated across before it sees them; else it counts their time
-    bridges_gaps: ClassVar[bool] = True
+    # how much of the time of a gap too long to interpolate across the method is given, s
+    counted_gap_s: ClassVar[float] = 0.0
 
     def estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles of a whole recording.
@@ -148,21 +149,20 @@ class OrientationMethod(ABC):
         Returns
         -------
         signals : SegmentSignals
-            Without; the remaining samples as if they followed one another.
+            Without; the remaining samples as if they followed one another, but for the ticks of
+            `counted_gap_s`, which are NaN.
         tick_of : ndarray of int, shape (N,)
             Which of them a sample is, or for a missing one the latest before it (-1: none).
         """
         samples = self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2)
-        shape, interval_s = (1, signals.n_samples), signals.interval_s
+        shape = (1, signals.n_samples)
         tick_of = np.empty(shape, np.int64)
         ticks, _ = lay_out(
             np.ascontiguousarray(samples[None], dtype=np.float64),
-            np.full(shape, interval_s),
-            RATE_LIMIT_RAD_S,
-            interval_s,
-            longest_gap_s(interval_s),
+            np.empty((1, 0)),
+            *self.clock_numbers(signals.interval_s),
             np.zeros((1, samples.shape[1])),
-            np.zeros((1, 3)),
+            new_clock(1),
             tick_of,
             np.empty(shape),
             np.empty(shape, np.int8),
@@ -170,6 +170,22 @@ class OrientationMethod(ABC):
         force = ticks[:, 3:] if self.needs_accelerometer else np.full_like(ticks, np.nan)
         filled = replace(signals, axis_rates_rad_s=ticks[:, :3], specific_force_m_s2=force)
         return filled, tick_of[0]
+
+    def clock_numbers(self, interval_s: float) -> ClockNumbers:
+        """Return how the method's samples become ticks.
+
+        Parameters
+        ----------
+        interval_s : float
+            Between ticks.
+
+        Returns
+        -------
+        ClockNumbers
+            For `bridged`, and for samples as they come.
+        """
+        lost_most = math.ceil(self.counted_gap_s / interval_s)
+        return ClockNumbers(RATE_LIMIT_RAD_S, interval_s, longest_gap_s(interval_s), lost_most)
 
     def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
         """Predict the standard deviation of the error at every sample.

@@ -2,12 +2,79 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from narx.kernels.clock import CLOCK, MISSING, STAMP, collect, lay_out
 from narx.types import BoolArray, FloatArray
+
+
+class ClockNumbers(NamedTuple):
+    """How samples become ticks of a uniform clock (`narx.kernels.clock.lay_out`).
+
+    Parameters
+    ----------
+    limit_rad_s : float
+        A rate beyond is a fault.
+    interval_s : float
+        Between ticks.
+    max_gap_s : float
+        Time between two samples up to which ticks are interpolated.
+    lost_most : int
+        Ticks of a longer gap that the recursion is given as NaN, at most.
+    """
+
+    limit_rad_s: float
+    interval_s: float
+    max_gap_s: float
+    lost_most: int
+
+
+def new_clock(n_sensors: int) -> FloatArray:
+    """Make the state of the clock before the first sample.
+
+    Parameters
+    ----------
+    n_sensors : int
+        Sensors side by side.
+
+    Returns
+    -------
+    ndarray, shape (n_sensors, 4)
+        For `narx.kernels.clock.arrive`.
+    """
+    clock = np.zeros((n_sensors, CLOCK))
+    clock[:, STAMP] = np.nan
+    return clock
+
+
+class Clocked(ABC):
+    """A recursion that takes samples with losses and jitter."""
+
+    @abstractmethod
+    def follow(
+        self, samples: FloatArray, stamps: FloatArray
+    ) -> tuple[FloatArray, FloatArray | None, NDArray[np.int8]]:
+        """Advance all sensors.
+
+        Parameters
+        ----------
+        samples : ndarray, shape (B, N, C)
+            As from `narx.method.OrientationMethod.samples`; NaN where missing.
+        stamps : ndarray, shape (B, N) or (B, 0)
+            When they were taken, s; none where they follow one another at the sampling rate.
+
+        Returns
+        -------
+        angles : ndarray, shape (B, N, 3)
+            rad; NaN where a sample is missing.
+        std : ndarray, shape (B, N, 3), or None
+            Standard deviation of their error, rad.
+        quality : ndarray of int8, shape (B, N)
+            As `narx.inference.stream.Quality`.
+        """
 
 
 class Step(Protocol):
@@ -54,6 +121,64 @@ class Recursion(ABC):
         starting : ndarray of bool, shape (M,)
             Samples that belong to a start-up.
         """
+
+    def clocked(
+        self, numbers: ClockNumbers, shape: tuple[int, int], stds_rad: FloatArray | None
+    ) -> Clocked:
+        """Put a clock before the recursion.
+
+        Parameters
+        ----------
+        numbers : ClockNumbers
+            Of the clock.
+        shape : tuple of two ints
+            Sensors, and columns of their samples.
+        stds_rad : ndarray, shape (2, 3), or None
+            From `narx.method.OrientationMethod.stds_rad`.
+
+        Returns
+        -------
+        Clocked
+            Advances this recursion.
+        """
+        return _TickByTick(self, numbers, shape, stds_rad)
+
+
+class _TickByTick(Clocked):
+    """Ticks first, all of them, then the recursion."""
+
+    def __init__(
+        self,
+        recursion: Recursion,
+        numbers: ClockNumbers,
+        shape: tuple[int, int],
+        stds_rad: FloatArray | None,
+    ) -> None:
+        n_sensors = shape[0]
+        self._recursion, self._numbers, self._stds_rad = recursion, numbers, stds_rad
+        self._latest, self._clock = np.zeros(shape), new_clock(n_sensors)
+        self._at_tick = np.full((n_sensors, 3), np.nan), np.zeros(n_sensors, dtype=np.bool_)
+
+    def follow(
+        self, samples: FloatArray, stamps: FloatArray
+    ) -> tuple[FloatArray, FloatArray | None, NDArray[np.int8]]:
+        shape = samples.shape[:2]
+        tick_of, past = np.empty(shape, np.int64), np.empty(shape)
+        quality, angles = np.empty(shape, np.int8), np.empty((*shape, 3))
+        starting = np.empty(shape, np.bool_)
+        ticks, first = lay_out(
+            samples, stamps, *self._numbers, self._latest, self._clock, tick_of, past, quality
+        )
+        tick_angles, tick_starting = self._recursion.advance(ticks, first)
+        collect(
+            tick_angles, tick_starting, tick_of, past, samples, *self._at_tick,
+            angles, starting, quality,
+        )  # fmt: skip
+        std = None
+        if self._stds_rad is not None:
+            std = self._stds_rad[starting.astype(np.intp)]
+            std[quality == MISSING] = np.nan
+        return angles, std, quality
 
 
 class SampleBySample(Recursion):

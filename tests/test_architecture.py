@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[1]
 # a room may import from floors before its own and from itself; rooms of one floor do not meet
 FLOORS = (
     ("errors", "files", "types"),
-    ("kernels", "recursion", "settings"),
-    ("kinematics",),
+    ("kernels", "settings"),
+    ("kinematics", "recursion"),
     ("recordings", "method", "network"),
     ("simulation", "gait", "calibration", "windows"),
     ("datasets", "inference"),

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from narx.errors import UserError
-from narx.kernels.clock import collect, lay_out
-from narx.method import RATE_LIMIT_RAD_S, OrientationMethod, longest_gap_s
-from narx.types import BoolArray, FloatArray
+from narx.method import OrientationMethod
+from narx.types import FloatArray
 
 
 class Quality(IntEnum):
@@ -23,7 +22,7 @@ class Quality(IntEnum):
     MISSING = 2
     """No usable sample: the angles are NaN."""
     STARTING = 3
-    """The start-up, whose errors are larger."""
+    """The start-up, or a leg that does not walk: rates are integrated, and errors are larger."""
 
 
 class Estimate(NamedTuple):
@@ -50,7 +49,7 @@ class OrientationStream:
     A stream can be pickled and copied; the copy goes on by itself. In blocks of any size and
     cut anywhere the angles are the same, to the last bit. Lost samples (NaN) are interpolated
     across once the next one is there, up to `narx.method.MAX_GAP_S`; in longer gaps the method
-    pauses.
+    pauses, and one with a tracker counts the time.
 
     Parameters
     ----------
@@ -101,15 +100,13 @@ class OrientationStream:
                     "finite"
                 )
             starts = np.ascontiguousarray(np.broadcast_to(starts, (n, 3)))
-        self._recursion = method.recursion(float(sampling_rate_hz), n, starts)
-        self._stds_rad = method.stds_rad()
-        self._bridges_gaps = method.bridges_gaps
-        self._n_columns = 6 if method.needs_accelerometer else 3
-        interval_s = 1.0 / float(sampling_rate_hz)
-        self._clock = RATE_LIMIT_RAD_S, interval_s, longest_gap_s(interval_s)
-        self._latest = np.zeros((n, self._n_columns)), np.zeros((n, 3))
-        self._at_tick = np.full((n, 3), np.nan), np.zeros(n, dtype=np.bool_)
-        self._time_s = np.full((n, 1), np.nan)
+        n_columns = 6 if method.needs_accelerometer else 3
+        self._clocked = method.recursion(float(sampling_rate_hz), n, starts).clocked(
+            method.clock_numbers(1.0 / float(sampling_rate_hz)), (n, n_columns), method.stds_rad()
+        )
+        self._one = n, 1, n_columns
+        self._of_a_sample = (*self._lead, n_columns)
+        self._no_stamps = np.empty((n, 0))
 
     def update(self, sample: ArrayLike, time_s: ArrayLike | None = None) -> Estimate:
         """Take the next sample of every sensor.
@@ -130,10 +127,14 @@ class OrientationStream:
         Estimate
             For this sample.
         """
-        block = np.asarray(sample, dtype=np.float64)[..., None, :]
-        times = None if time_s is None else np.asarray(time_s, dtype=np.float64)[..., None]
-        angles, std, quality = self.update_block(block, times)
-        return Estimate(angles[..., 0, :], None if std is None else std[..., 0, :], quality[..., 0])
+        values = np.array(sample, dtype=np.float64)
+        if values.shape != self._of_a_sample:
+            values = self._in_shape(values[..., None, :] if values.ndim else values)
+        stamps = self._no_stamps if time_s is None else self._stamps(time_s, self._one[:2])
+        angles, std, quality = self._clocked.follow(values.reshape(self._one), stamps)
+        if self._lead:
+            return Estimate(angles[:, 0], None if std is None else std[:, 0], quality[:, 0])
+        return Estimate(angles[0, 0], None if std is None else std[0, 0], quality[0, 0])
 
     def update_block(self, samples: ArrayLike, time_s: ArrayLike | None = None) -> Estimate:
         """Take the next samples of every sensor.
@@ -155,41 +156,32 @@ class OrientationStream:
         UserError
             If a shape does not fit.
         """
-        values = self._checked(samples)
-        shape = values.shape[:2]
-        intervals = self._intervals(time_s, shape)
-        tick_of, past = np.empty(shape, np.int64), np.empty(shape)
-        quality, angles = np.empty(shape, np.int8), np.empty((*shape, 3))
-        starting = np.empty(shape, np.bool_)
-        if not self._bridges_gaps:
-            return self._as_they_are(values, time_s)
-        ticks, first = lay_out(
-            values, intervals, *self._clock, *self._latest, tick_of, past, quality
-        )
-        tick_angles, tick_starting = self._recursion.advance(ticks, first)
-        collect(
-            tick_angles, tick_starting, tick_of, past, values, *self._at_tick,
-            angles, starting, quality,
-        )  # fmt: skip
-        std = None if self._stds_rad is None else self._std(self._stds_rad, starting, quality)
+        values = self._in_shape(np.asarray(samples, dtype=np.float64))
+        stamps = self._no_stamps if time_s is None else self._stamps(time_s, values.shape[:2])
+        angles, std, quality = self._clocked.follow(values, stamps)
         if self._lead:
             return Estimate(angles, std, quality)
         return Estimate(angles[0], None if std is None else std[0], quality[0])
 
-    def _as_they_are(self, values: FloatArray, time_s: ArrayLike | None) -> Estimate:
-        """Leave missing samples to the method, which counts the time that passes."""
-        if time_s is not None:
-            raise UserError("time_s: this method runs at a fixed rate; give lost samples as NaN")
-        n_sensors, n_samples = values.shape[:2]
-        first = np.arange(n_sensors + 1) * n_samples
-        angles, starting = self._recursion.advance(values.reshape(-1, values.shape[2]), first)
-        angles = angles.reshape(n_sensors, n_samples, 3)
-        quality = np.where(starting, Quality.STARTING, Quality.GOOD).astype(np.int8)
-        quality = quality.reshape(n_sensors, n_samples)
-        quality[np.isnan(angles).any(axis=2)] = Quality.MISSING
-        return (
-            Estimate(angles, None, quality) if self._lead else Estimate(angles[0], None, quality[0])
-        )
+    def _in_shape(self, samples: FloatArray) -> FloatArray:
+        """Samples (B, N, C) of what was given, without what the method does not need."""
+        values = samples if self._lead else samples[None]
+        n, _, n_columns = self._one
+        if values.ndim == 3 and len(values) == n and values.shape[2] in (n_columns, 6):
+            return np.ascontiguousarray(values[:, :, :n_columns])
+        lead = "".join(f"{size}, " for size in self._lead)
+        raise UserError(f"samples have the shape {samples.shape}, expected ({lead}N, {n_columns})")
+
+    def _stamps(self, time_s: ArrayLike, shape: tuple[int, int]) -> FloatArray:
+        times = np.asarray(time_s, dtype=np.float64)
+        if times.ndim < 2 and 1 in shape and times.size == shape[0] * shape[1]:
+            return np.array(times).reshape(shape)
+        stamps = np.empty(shape)
+        try:
+            stamps[:] = times
+        except ValueError as error:
+            raise UserError(f"time_s has the shape {times.shape}, expected {shape}") from error
+        return stamps
 
     def state_dict(self) -> dict[str, Any]:
         """Take a copy of the state.
@@ -217,39 +209,3 @@ class OrientationStream:
         if set(state) != set(vars(self)) or state["_lead"] != self._lead:
             raise UserError("the state is that of another kind of stream")
         vars(self).update(copy.deepcopy(state))
-
-    def _checked(self, samples: ArrayLike) -> FloatArray:
-        values = np.asarray(samples, dtype=np.float64)
-        n, expected = len(self._time_s), self._n_columns
-        if values.ndim == 2 + len(self._lead) and values.shape[-1] in (expected, 6):
-            values = values[..., :expected] if self._lead else values[None, :, :expected]
-            if len(values) == n:
-                return np.ascontiguousarray(values)
-        lead = "".join(f"{size}, " for size in self._lead)
-        raise UserError(
-            f"samples have the shape {np.shape(samples)}, expected ({lead}N, {expected})"
-        )
-
-    def _intervals(self, time_s: ArrayLike | None, shape: tuple[int, ...]) -> FloatArray:
-        interval_s = self._clock[1]
-        if time_s is None:
-            return np.broadcast_to(interval_s, shape)
-        times = np.asarray(time_s, dtype=np.float64)
-        try:
-            times = np.broadcast_to(times, shape)
-        except ValueError as error:
-            raise UserError(f"time_s has the shape {times.shape}, expected {shape}") from error
-        times = np.concatenate([self._time_s, times], axis=1)
-        # a time that goes back or is missing does not count; the next one does, from the latest
-        running = np.fmax.accumulate(times, axis=1)
-        self._time_s = running[:, -1:]
-        with np.errstate(invalid="ignore"):
-            intervals = running[:, 1:] - running[:, :-1]
-        intervals[np.isnan(intervals) & np.isfinite(times[:, 1:])] = interval_s  # the first one
-        return intervals
-
-    @staticmethod
-    def _std(stds_rad: FloatArray, starting: BoolArray, quality: NDArray[np.int8]) -> FloatArray:
-        std = stds_rad[starting.astype(np.intp)]
-        std[quality == Quality.MISSING] = np.nan
-        return std

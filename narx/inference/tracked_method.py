@@ -1,15 +1,16 @@
 """A trained network that learns the posture as it goes (`narx.inference.tracker`)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from narx.errors import MethodNotApplicableError
 from narx.inference.clocks import RateConversion
 from narx.inference.narx_method import NarxMethod
+from narx.inference.tracked_recursion import TrackedRecursion
 from narx.inference.tracker import PostureTracker, Tracked, Tracking
-from narx.method import SegmentSignals
+from narx.kernels import tracker as kernel
+from narx.method import SegmentSignals, usable
 from narx.network.model import Narx
 from narx.recordings.resampling import contiguous_pieces
 from narx.recursion import Recursion
@@ -38,7 +39,7 @@ class TrackedNarxMethod(NarxMethod):
         self.tracker = tracker
         self.needs_accelerometer = tracker.aided  # type: ignore[misc]
 
-    bridges_gaps = False
+    counted_gap_s = kernel.LONGEST_GAP_S
 
     def estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles of a whole recording.
@@ -107,6 +108,19 @@ class TrackedNarxMethod(NarxMethod):
         return ~followed.by_network & np.isfinite(followed.angles_rad).all(axis=1)
 
     def _follow(self, signals: SegmentSignals) -> Tracked:
+        there = usable(self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2))
+        if there.all():
+            return self._follow_bridged(signals)
+        angles, std = np.full((2, signals.n_samples, 3), np.nan)
+        by_network = np.zeros(signals.n_samples, dtype=bool)
+        if there.any():
+            bridged, tick_of = self.bridged(signals)
+            tracked, at = self._follow_bridged(bridged), tick_of[there]
+            angles[there], std[there] = tracked.angles_rad[at], tracked.std_rad[at]
+            by_network[there] = tracked.by_network[at]
+        return Tracked(angles, std, by_network)
+
+    def _follow_bridged(self, signals: SegmentSignals) -> Tracked:
         rate_hz = self.model.sampling_rate_hz
         inputs = signals.axis_rates_rad_s
         if self.tracker.aided:
@@ -191,23 +205,4 @@ class TrackedNarxMethod(NarxMethod):
             raise MethodNotApplicableError(
                 "narx: smoothing needs the whole recording, use smoothing=false"
             )
-        starts = [None] * n_sensors if initial_angles_rad is None else list(initial_angles_rad)
-        return _TrackedRecursion([Tracking(self.tracker, self.model, start) for start in starts])
-
-
-@dataclass
-class _TrackedRecursion(Recursion):
-    trackings: list[Tracking]
-
-    def advance(
-        self, samples: FloatArray, first: NDArray[np.int64]
-    ) -> tuple[FloatArray, BoolArray]:
-        angles = np.empty((len(samples), 3))
-        starting = np.empty(len(samples), dtype=bool)
-        for tracking, begin, end in zip(self.trackings, first, first[1:], strict=False):
-            rates = np.ascontiguousarray(samples[begin:end, :3])
-            aided = samples.shape[1] > 3
-            force = np.ascontiguousarray(samples[begin:end, 3:]) if aided else rates
-            followed = tracking.follow(rates, force)
-            angles[begin:end], starting[begin:end] = followed.angles_rad, ~followed.by_network
-        return angles, starting
+        return TrackedRecursion(self.tracker, self.model, n_sensors, initial_angles_rad)

@@ -1,5 +1,6 @@
 """From samples as they come, with losses and jitter, to the ticks of a uniform clock."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,9 +8,10 @@ import numpy as np
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
 from narx.kernels.limits import COS_FRONTAL_MIN
 
-# columns of the clock's state: whether there was a sample yet, time since the latest one, and
-# time by which that one was past its tick, s
-SEEN, SINCE, PAST = 0, 1, 2
+# columns of the clock's state: whether there was a sample yet, time since the latest one, time by
+# which that one was past its tick, and the latest time stamp, s
+SEEN, SINCE, PAST, STAMP = 0, 1, 2, 3
+CLOCK = 4
 LARGEST = 1.7e308
 # a sample this close to a tick, in intervals, is on it
 ON_TICK = 1e-3
@@ -27,13 +29,81 @@ def usable(sample: Any, limit: float) -> bool:
     return True
 
 
-@compiled(**EXACT)
-def lay_out(
-    samples: Any,
-    intervals: Any,
+@compiled(**EXACT_INNER)
+def passed_s(stamps: Any, b: int, k: int, interval: float, clock: Any) -> float:
+    """Time since the sample before; 0 or NaN after a stamp that does not go on.
+
+    stamps (B, N), s, or (B, 0) where samples follow one another at the sampling rate.
+    """
+    if stamps.shape[1] == 0:
+        return interval
+    stamp, before = stamps[b, k], clock[STAMP]
+    if not abs(stamp) <= LARGEST:
+        return math.nan
+    if math.isnan(before):
+        clock[STAMP] = stamp
+        return interval
+    if stamp <= before:
+        return 0.0
+    clock[STAMP] = stamp
+    return float(stamp - before)
+
+
+@compiled(**EXACT_INNER)
+def arrive(
+    sample: Any,
+    passed: float,
     limit: float,
     interval: float,
     max_gap: float,
+    lost_most: int,
+    clock: Any,
+) -> tuple[int, int, int, float, float]:
+    """Bring the clock (4,) to a sample.
+
+    Returns the arrival; ticks that were lost in a gap longer than `max_gap`, `lost_most` at most;
+    ticks that are due after them, none where the sample is missing; the time by which the sample
+    came after the last of these; and the time since the sample before.
+    """
+    if passed > 0.0:
+        # an endless pause is as good as one a little too long
+        most = max(2.0 * max_gap, (lost_most + 2) * interval)
+        clock[SINCE] = min(clock[SINCE] + passed, most)
+    if not passed > 0.0 or not usable(sample, limit):
+        return MISSING, 0, 0, 0.0, 0.0
+    since = clock[SINCE]
+    arrival, lost, due, rest = ARRIVED, 0, 1, 0.0
+    if clock[SEEN] == 0.0 or since > max_gap * (1.0 + ON_TICK):
+        if clock[SEEN] > 0.0:
+            arrival = AFTER_PAUSE
+        lost = min(int(since / interval + 0.5) - 1, lost_most)
+    else:
+        elapsed = clock[PAST] + since
+        due = int(elapsed / interval + ON_TICK)
+        rest = elapsed - due * interval
+        if rest < ON_TICK * interval:
+            rest = 0.0
+    clock[SEEN], clock[SINCE], clock[PAST] = 1.0, 0.0, rest
+    return arrival, max(lost, 0), due, rest, since
+
+
+@compiled(**EXACT_INNER)
+def interpolate(sample: Any, latest: Any, back: float, tick: Any) -> None:
+    """Fill a tick that lies before the sample by a share of the time since the latest one."""
+    for c in range(len(sample)):
+        tick[c] = sample[c]
+        if back != 0.0:
+            tick[c] -= back * (sample[c] - latest[c])
+
+
+@compiled(**EXACT)
+def lay_out(
+    samples: Any,
+    stamps: Any,
+    limit: float,
+    interval: float,
+    max_gap: float,
+    lost_most: int,
     latest: Any,
     clock: Any,
     tick_of: Any,
@@ -42,13 +112,13 @@ def lay_out(
 ) -> Any:
     """Interpolate samples (B, N, C) at the ticks between them, along straight lines.
 
-    intervals (B, N): time since the sample before, which may be missing. Missing are samples that
-    are not finite, whose first three columns go beyond `limit`, or after no positive interval. A
-    tick is a multiple of `interval`. After more than `max_gap` without a sample the clock stands
-    still in between: the next sample is the next tick. State, changed in place: latest (B, C),
-    the latest sample; clock (B, 3). Filled (B, N): tick_of, the newest tick at each sample (-1:
-    that of an earlier call); past, the time since it; arrival. Returns ticks (M, C), those of a
-    sensor one after another, and first (B + 1,), where each sensor's begin.
+    stamps: as `passed_s` takes them. Missing are samples that are not finite, whose first three
+    columns go beyond `limit`, or whose stamp does not go on. A tick is a multiple of `interval`.
+    In more than `max_gap` without a sample the clock stands still but for `lost_most` ticks, which
+    are NaN: the next sample is the next tick. State, changed in place: latest (B, C), the latest
+    sample; clock (B, 4). Filled (B, N): tick_of, the newest tick at each sample (-1: that of an
+    earlier call); past, the time since it; arrival. Returns ticks (M, C), those of a sensor one
+    after another, and first (B + 1,), where each sensor's begin.
     """
     n_sensors, n_samples, n_columns = samples.shape
     ticks = np.empty((n_sensors * n_samples + 8, n_columns))
@@ -57,40 +127,22 @@ def lay_out(
     for b in range(n_sensors):
         first[b] = n
         for k in range(n_samples):
-            passed = intervals[b, k]
-            if passed > 0.0:
-                # an endless pause is as good as one twice too long
-                clock[b, SINCE] = min(clock[b, SINCE] + passed, 2.0 * max_gap)
-            arrival[b, k] = MISSING
-            if passed > 0.0 and usable(samples[b, k], limit):
-                since, rest = clock[b, SINCE], 0.0
-                due = 1
-                arrival[b, k] = ARRIVED
-                paused = clock[b, SEEN] == 0.0 or since > max_gap * (1.0 + ON_TICK)
-                if paused and clock[b, SEEN] > 0.0:
-                    arrival[b, k] = AFTER_PAUSE
-                if not paused:
-                    elapsed = clock[b, PAST] + since
-                    due = int(elapsed / interval + ON_TICK)
-                    rest = elapsed - due * interval
-                    if rest < ON_TICK * interval:
-                        rest = 0.0
-                if n + due > len(ticks):
-                    longer = np.empty((2 * len(ticks) + due, n_columns))
-                    longer[:n] = ticks[:n]
-                    ticks = longer
-                for i in range(due):
-                    back = 0.0 if paused else (rest + (due - 1 - i) * interval) / since
-                    for c in range(n_columns):
-                        change = samples[b, k, c] - latest[b, c]
-                        if back == 0.0:
-                            ticks[n, c] = samples[b, k, c]
-                        else:
-                            ticks[n, c] = samples[b, k, c] - back * change
-                    n += 1
-                for c in range(n_columns):
-                    latest[b, c] = samples[b, k, c]
-                clock[b, SEEN], clock[b, SINCE], clock[b, PAST] = 1.0, 0.0, rest
+            passed = passed_s(stamps, b, k, interval, clock[b])
+            arrival[b, k], lost, due, rest, since = arrive(
+                samples[b, k], passed, limit, interval, max_gap, lost_most, clock[b]
+            )
+            if n + lost + due > len(ticks):
+                longer = np.empty((2 * len(ticks) + lost + due, n_columns))
+                longer[:n] = ticks[:n]
+                ticks = longer
+            ticks[n : n + lost] = math.nan
+            n += lost
+            for i in range(due):
+                back = (rest + (due - 1 - i) * interval) / since
+                interpolate(samples[b, k], latest[b], back, ticks[n])
+                n += 1
+            if arrival[b, k] != MISSING:
+                latest[b] = samples[b, k]
             tick_of[b, k] = n - 1 if n > first[b] else -1
             past[b, k] = clock[b, PAST]
     first[n_sensors] = n
@@ -130,7 +182,7 @@ def collect(
                 angles[b, k] = latest_angles[b]
             else:
                 turn_on(latest_angles[b], samples[b, k], past[b, k], angles[b, k])
-            if latest_starting[b]:
+            if latest_starting[b] and quality[b, k] != AFTER_PAUSE:
                 quality[b, k] = STARTING
 
 

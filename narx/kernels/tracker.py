@@ -38,6 +38,8 @@ CYCLE_VARIANCE, VELOCITY_VARIANCE = 27, 30
 PARAMETERS = 32
 
 SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
+# a longer gap leaves no more of the angle than this one
+LONGEST_GAP_S = 1.0
 # no gyroscope of today is off by more
 MOST_BIAS_RAD_S = math.radians(10.0)
 
@@ -72,29 +74,33 @@ def _measure(x: Any, covariance: Any, work: Any, variance: float, residual: floa
 def _propagate(covariance: Any, change: Any, decay: float, moved: Any) -> None:
     """Carry the covariance over one sample: x <- (1 + change) x, two centres times `decay`."""
     n = len(covariance)
-    for i in range(CENTRE, CENTRE + 2):
-        for j in range(n):
-            covariance[i, j] *= decay
-        for j in range(n):
-            covariance[j, i] *= decay
-    # only angles and velocity change
-    for row in range(n - CONSTANT):
+    if decay != 1.0:
+        for i in range(CENTRE, CENTRE + 2):
+            for j in range(n):
+                covariance[i, j] *= decay
+                covariance[j, i] *= decay
+    # only angles and velocity change; half of the products, since the matrix is symmetric
+    n_moving = n - CONSTANT
+    for row in range(n_moving):
         i = row if row < CENTRE else row + CONSTANT
         moved[row] = 0.0
         for k in range(n):
             if change[i, k] != 0.0:
                 for j in range(n):
                     moved[row, j] += change[i, k] * covariance[k, j]
-    for row in range(n - CONSTANT):
+    for row in range(n_moving):
         i = row if row < CENTRE else row + CONSTANT
-        for j in range(n):
+        for j in range(CENTRE, VELOCITY):
             covariance[i, j] += moved[row, j]
-            covariance[j, i] += moved[row, j]
-        for other in range(n - CONSTANT):
+            covariance[j, i] = covariance[i, j]
+        for other in range(row + 1):
             j = other if other < CENTRE else other + CONSTANT
+            total = moved[row, j] + moved[other, i]
             for k in range(n):
                 if change[j, k] != 0.0:
-                    covariance[i, j] += moved[row, k] * change[j, k]
+                    total += moved[row, k] * change[j, k]
+            covariance[i, j] += total
+            covariance[j, i] = covariance[i, j]
 
 
 @compiled(**EXACT_INNER)
@@ -232,7 +238,7 @@ def _level(x: Any, force: Any) -> tuple[float, float, float, float]:
 
 
 @compiled(**EXACT_INNER)
-def _step(
+def step(
     axis_rates: Any,
     force: Any,
     x: Any,
@@ -253,7 +259,7 @@ def _step(
     if s[MISSING] > 0.0:
         # nothing is known of what happened meanwhile but that legs come back to their posture
         for axis in range(3):
-            covariance[axis, axis] += p[START_VARIANCE] * min(s[MISSING], 1.0) ** 2
+            covariance[axis, axis] += p[START_VARIANCE] * min(s[MISSING], LONGEST_GAP_S) ** 2
         s[MISSING], s[RISING], s[SWING], s[HIGH], s[LOW] = 0.0, 0.0, 0.0, 0.0, 0.0
         s[SINCE : IDLE + 1], s[PERIOD], s[SUM_ANGLES:BEFORE], s[SAMPLES] = 0.0, 0.0, 0.0, 0.0
         s[IDLE] = p[IDLE_MOST]
@@ -372,7 +378,7 @@ def track(
             variances[k] = math.nan
             works[k] = False
             continue
-        works[k] = _step(
+        works[k] = step(
             axis_rates[k],
             force[k],
             x,

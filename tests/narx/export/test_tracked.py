@@ -12,10 +12,8 @@ from narx.export import read_identity, write
 from narx.export.graph import program
 from narx.export.tracked import ExportedTracked
 from narx.inference.checkpoint import Checkpoint
-from narx.inference.stream import OrientationStream
 from narx.inference.tracker import PostureTracker, Tracking
 from narx.kinematics.segment_angles import axis_rates, orientation_from_angles
-from narx.method import SegmentSignals
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
@@ -106,15 +104,6 @@ def test_step_equals_the_package_state_and_all(checkpoint, inputs, start):
         torch.from_numpy(of(checkpoint, inputs[:100])), None if start is None else begun[:3]
     )
     np.testing.assert_array_equal(whole.numpy(), found[:100])
-
-
-def test_the_stream_is_the_batch(checkpoint, inputs):
-    signals = SegmentSignals("thigh", RATE_HZ, inputs[:, :3], inputs[:, 3:])
-    method = checkpoint.method()
-    stream = OrientationStream(method, RATE_HZ)
-    found = [stream.update(sample).angles_rad for sample in inputs[:200]]
-    found = np.concatenate([found, stream.update_block(inputs[200:]).angles_rad])
-    np.testing.assert_array_equal(found, method.estimate(signals))
 
 
 @pytest.mark.parametrize(

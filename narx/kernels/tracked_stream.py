@@ -1,0 +1,97 @@
+"""Samples as they come, with losses and jitter, through network and tracker of many sensors.
+
+`narx.kernels.clock.lay_out`, `narx.kernels.tracker.track` and `narx.kernels.clock.collect` in one
+call, since a call costs more than the sample.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from narx.kernels.clock import (
+    AFTER_PAUSE,
+    CLOCK,
+    MISSING,
+    PAST,
+    STARTING,
+    arrive,
+    interpolate,
+    passed_s,
+    turn_on,
+)
+from narx.kernels.compiler import EXACT, compiled
+from narx.kernels.tracker import INTERVAL, PARAMETERS, SCALARS, step
+from narx.kernels.tracker import MISSING as MISSING_S
+
+
+@compiled(**EXACT)
+def follow(
+    samples: Any,
+    stamps: Any,
+    numbers: Any,
+    lost_most: int,
+    n_hidden: int,
+    n_states: int,
+    n_rates: int,
+    state: Any,
+    estimates: Any,
+    quality: Any,
+) -> None:
+    """Advance sensors over samples (B, N, C).
+
+    numbers: limit, interval and max_gap of `narx.kernels.clock.lay_out`, factors on the standard
+    deviations (3), then p and weights of `narx.kernels.tracker.track`. Changed in place: state
+    (B, S), clock (4), latest sample (C), whether the network carried the angles (1), then estimate,
+    covariance, scalars, rates (3, n_rates) and past angles. Filled: estimates (B, N, 6), angles
+    and their standard deviations, NaN where a sample is missing; quality (B, N).
+    """
+    n_sensors, n_samples, n_columns = samples.shape
+    limit, interval, max_gap, std_scale = numbers[0], numbers[1], numbers[2], numbers[3:6]
+    p, weights = numbers[6 : 6 + PARAMETERS], numbers[6 + PARAMETERS :]
+    work = np.zeros((3, n_states))
+    change, moved = np.zeros((n_states, n_states)), np.zeros((n_states, n_states))
+    tick = np.empty(n_columns)
+    at_works = CLOCK + n_columns
+    at_x = at_works + 1
+    at_covariance = at_x + n_states
+    at_scalars = at_covariance + n_states * n_states
+    at_rates = at_scalars + SCALARS
+    at_past = at_rates + 3 * n_rates
+    for b in range(n_sensors):
+        clock, latest = state[b, :CLOCK], state[b, CLOCK:at_works]
+        x = state[b, at_x:at_covariance]
+        covariance = state[b, at_covariance:at_scalars].reshape(n_states, n_states)
+        s = state[b, at_scalars:at_rates]
+        rates = state[b, at_rates:at_past].reshape(3, n_rates)
+        past = state[b, at_past:].reshape(3, (state.shape[1] - at_past) // 3)
+        for k in range(n_samples):
+            sample = samples[b, k]
+            passed = passed_s(stamps, b, k, interval, clock)
+            arrival, lost, due, rest, since = arrive(
+                sample, passed, limit, interval, max_gap, lost_most, clock
+            )
+            quality[b, k] = arrival
+            if arrival == MISSING:
+                estimates[b, k] = math.nan
+                continue
+            for _ in range(lost):
+                s[MISSING_S] += p[INTERVAL]
+            for i in range(due):
+                back = (rest + (due - 1 - i) * interval) / since
+                interpolate(sample, latest, back, tick)
+                works = step(
+                    tick[:3], tick[3:], x, covariance, s, p, weights, n_hidden, rates, past,
+                    work, change, moved,
+                )  # fmt: skip
+                state[b, at_works] = 1.0 if works else 0.0
+            latest[:] = sample
+            if clock[PAST] == 0.0:
+                estimates[b, k, :3] = x[:3]
+            else:
+                turn_on(x, sample, clock[PAST], estimates[b, k, :3])
+            for axis in range(3):
+                variance = max(covariance[axis, axis], 0.0)
+                estimates[b, k, 3 + axis] = math.sqrt(variance) * std_scale[axis]
+            if arrival != AFTER_PAUSE and state[b, at_works] == 0.0:
+                quality[b, k] = STARTING
