@@ -5,6 +5,7 @@ python -m experiments.benchmark data=smartphone_pocket data_root=DIR split=leave
 
 import time
 from collections.abc import Mapping
+from pathlib import Path
 
 import pandas as pd
 from hydra.utils import instantiate
@@ -18,7 +19,7 @@ from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table, write_results
 from narx.evaluation.trial import evaluate_trial
-from narx.experiments.command import command, run_directory
+from narx.experiments.command import command, run_directory, states_folder
 from narx.experiments.gathered import Gathered
 from narx.experiments.networks import network_of
 from narx.experiments.raw_gyroscope import with_static_bias
@@ -36,7 +37,10 @@ from narx.recordings.trial import Trial
 
 
 def run(
-    cfg: DictConfig, log: TensorBoardLog | None = None, report: Report | None = None
+    cfg: DictConfig,
+    log: TensorBoardLog | None = None,
+    report: Report | None = None,
+    progress_folder: Path | None = None,
 ) -> Gathered:
     """Train where the split wants it, run every method, and compare.
 
@@ -45,10 +49,12 @@ def run(
     cfg : omegaconf.DictConfig
         As ``configs/benchmark.yaml``.
     log : TensorBoardLog, optional
-        Told how training goes.
+        Shows how training goes.
     report : Report, optional
         Shown every trial while it is in memory, says what of it counts; None makes the one
         that the configuration names.
+    progress_folder : pathlib.Path, optional
+        As `narx.Trainer`.
 
     Returns
     -------
@@ -80,7 +86,7 @@ def run(
     for fold in folds:
         methods = rivals.methods_for(fold, prepare)
         if NETWORK_METHODS & set(cfg.methods):
-            methods = _with_network(cfg, sources, fold, log, gathered) | methods
+            methods = _with_network(cfg, sources, fold, log, gathered, progress_folder) | methods
         gathered.not_causal |= {name for name, method in methods.items() if not method.causal}
         for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
@@ -127,11 +133,12 @@ def _with_network(
     fold: Fold,
     log: TensorBoardLog | None,
     gathered: Gathered,
+    progress_folder: Path | None,
 ) -> dict[str, OrientationMethod]:
     begun = time.perf_counter()
     methods: dict[str, OrientationMethod] = {}
     if {"narx", "narx_smoothed"} & set(cfg.methods):
-        network = _trained(cfg, sources, fold, log)
+        network = _trained(cfg, sources, fold, log, progress_folder)
         gathered.networks[fold.name] = network
         methods |= {
             name: network.method(smoothing=name == "narx_smoothed")
@@ -142,7 +149,7 @@ def _with_network(
         printed = cfg.copy()
         printed.model = cfg.model_axis_by_axis
         printed.candidates = []
-        network = network_of(printed, sources, fold, lambda iteration, numbers: None)
+        network = network_of(printed, sources, fold, _silent, progress_folder)
         methods["narx_axis_by_axis"] = network.method()
     gathered.workload.training_s += time.perf_counter() - begun
     return methods
@@ -153,11 +160,16 @@ def _trained(
     sources: Mapping[str, TrialSource],
     fold: Fold,
     log: TensorBoardLog | None,
+    progress_folder: Path | None,
 ) -> Checkpoint:
     if log is None:
-        return network_of(cfg, sources, fold, lambda iteration, numbers: None)
+        return network_of(cfg, sources, fold, _silent, progress_folder)
     with log.of_fold(safe_name(fold.name, 120)) as fold_log:
-        return network_of(cfg, sources, fold, fold_log.iteration)
+        return network_of(cfg, sources, fold, fold_log.iteration, progress_folder)
+
+
+def _silent(iteration: int, numbers: dict[str, float]) -> None:
+    """Log nothing."""
 
 
 def _benchmark(cfg: DictConfig) -> None:
@@ -166,7 +178,7 @@ def _benchmark(cfg: DictConfig) -> None:
     directory = run_directory()
     report = instantiate(cfg.report, _convert_="all")
     with TensorBoardLog(directory / "tensorboard") as log:
-        gathered = run(cfg, log, report)
+        gathered = run(cfg, log, report, states_folder(cfg))
         write_results(gathered.results, directory / "results.csv")
         about = environment(cfg.seed, gathered.sources)
         about["not_causal"] = sorted(gathered.not_causal)

@@ -6,6 +6,7 @@ import errno
 import functools
 import os
 import pstats
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -31,6 +32,8 @@ CONFIG_PATH = "pkg://narx.configs"
 _REFUSED = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
 # as a shell reports a process that Ctrl-C has ended
 INTERRUPTED_STATUS = 130
+# below a run's folder while it lasts: states of its trainings
+_LAST = "last"
 # of a profile, the slowest
 _FUNCTIONS_SHOWN = 30
 
@@ -158,6 +161,7 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
                 _print_interrupted(f"the same command with hydra.run.dir={folder} goes on")
                 sys.exit(INTERRUPTED_STATUS)
             raise
+        shutil.rmtree(folder / _LAST, ignore_errors=True)
         run.end("finished", value=value)
     return value
 
@@ -197,3 +201,22 @@ def run_directory() -> Path:
         Where everything that the run leaves is written.
     """
     return Path(HydraConfig.get().runtime.output_dir)
+
+
+def states_folder(cfg: DictConfig) -> Path:
+    """Return where the states of this run's trainings are kept until it has finished.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        With ``resume=never``, what a launch that was cut off has left there is deleted.
+
+    Returns
+    -------
+    pathlib.Path
+        As `narx.Trainer` takes it.
+    """
+    folder = run_directory() / _LAST
+    if cfg.resume == "never":
+        shutil.rmtree(folder, ignore_errors=True)
+    return folder

@@ -26,6 +26,7 @@ def network_of(
     sources: Mapping[str, TrialSource],
     fold: Fold,
     log: Log,
+    progress_folder: Path | None = None,
 ) -> Checkpoint:
     """Train, load, or take the shipped network for a fold.
 
@@ -38,7 +39,9 @@ def network_of(
     fold : Fold
         What may be trained on.
     log : callable
-        Told how training goes.
+        Called with iteration and numbers by name.
+    progress_folder : pathlib.Path, optional
+        As `narx.Trainer`.
 
     Returns
     -------
@@ -50,11 +53,16 @@ def network_of(
     if not fold.training:
         return pretrained()
     if cfg.get("candidates"):
-        cfg = choose(cfg, sources, fold)
-    return train(cfg, sources, fold, log)
+        cfg = choose(cfg, sources, fold, progress_folder)
+    return train(cfg, sources, fold, log, progress_folder)
 
 
-def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> DictConfig:
+def choose(
+    cfg: DictConfig,
+    sources: Mapping[str, TrialSource],
+    fold: Fold,
+    progress_folder: Path | None = None,
+) -> DictConfig:
     """Choose among candidate settings without a look at the test part (nested validation).
 
     Parameters
@@ -67,6 +75,8 @@ def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> D
     fold : Fold
         Its training trials are left out one by one; the candidate with the smallest mean
         closed-loop error on them wins.
+    progress_folder : pathlib.Path, optional
+        As `narx.Trainer`.
 
     Returns
     -------
@@ -92,7 +102,9 @@ def choose(cfg: DictConfig, sources: Mapping[str, TrialSource], fold: Fold) -> D
                 (),
                 tuple(part for part in fold.training if part.key == key),
             )
-            network = train(candidate, sources, inner, lambda iteration, numbers: None)
+            network = train(
+                candidate, sources, inner, lambda iteration, numbers: None, progress_folder
+            )
             errors.append(network.history["report"]["restarts"]["validation_rmse_best_deg"])
         if best is None or float(np.mean(errors)) < best[0]:
             best = float(np.mean(errors)), candidate
@@ -135,6 +147,7 @@ def train(
     sources: Mapping[str, TrialSource],
     fold: Fold,
     log: Log,
+    progress_folder: Path | None = None,
 ) -> Checkpoint:
     """Train a network on the training part of a fold.
 
@@ -147,7 +160,9 @@ def train(
     fold : Fold
         What may be trained on.
     log : callable
-        Told how training goes.
+        Called with iteration and numbers by name.
+    progress_folder : pathlib.Path, optional
+        As `narx.Trainer`.
 
     Returns
     -------
@@ -159,7 +174,8 @@ def train(
     UserError
         If there is nothing to train on.
     """
-    network = trainer(cfg).fit_fold(sources, fold, log)
+    made = replace(trainer(cfg), progress_folder=progress_folder)
+    network = made.fit_fold(sources, fold, log)
     config = OmegaConf.to_container(cfg, resolve=True)
     assert isinstance(config, dict)
     # where recordings lie does not matter to those who get the network

@@ -20,7 +20,7 @@ from narx.evaluation.comparison import Evaluated, rows
 from narx.evaluation.results import results_table, write_results
 from narx.evaluation.trial import evaluate_trial
 from narx.evaluation.workload import Workload
-from narx.experiments.command import command, in_sweep, run_directory
+from narx.experiments.command import command, in_sweep, run_directory, states_folder
 from narx.experiments.figures.canvas import save_figure
 from narx.experiments.networks import choose, train
 from narx.experiments.reports.networks import training_history_figure
@@ -52,8 +52,9 @@ def _train(cfg: DictConfig) -> float | list[float]:
                 progress.update()
 
             begun = time.perf_counter()
-            chosen = choose(cfg, sources, fold) if cfg.candidates else cfg
-            network = train(chosen, sources, fold, log_iteration)
+            last = states_folder(cfg)
+            chosen = choose(cfg, sources, fold, last) if cfg.candidates else cfg
+            network = train(chosen, sources, fold, log_iteration, last)
             workload.training_s = time.perf_counter() - begun
         checkpoints.save(network, directory / "checkpoint.pt")
         results, evaluated = _on_own_trials(chosen, sources, fold, network, workload)

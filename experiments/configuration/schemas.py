@@ -86,6 +86,7 @@ class Common(Section):
     select: Selection = Selection()
     calibration: Mode = "auto"
     candidates: tuple[Name, ...] = ()
+    resume: Literal["auto", "never"] = "auto"
     training: Training = Training()
     prepared: Prepared = Prepared()
     walks: Walks | None = None

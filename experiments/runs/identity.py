@@ -17,8 +17,8 @@ from omegaconf import DictConfig, OmegaConf
 
 from narx.files import code_sha256
 
-# where recordings lie and what is kept of them does not change a result
-_WITHOUT_EFFECT = frozenset({"hydra", "data_root", "prepared"})
+# where recordings lie, what is kept of them and of a training do not change a result
+_WITHOUT_EFFECT = frozenset({"hydra", "data_root", "prepared", "resume"})
 _NUMERICS = ("torch", "numpy", "scipy", "numba", "pandas")
 # of a folder's name; file systems allow 255 bytes
 _LONGEST_NAME = 120

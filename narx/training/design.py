@@ -3,6 +3,8 @@
 import copy
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from inspect import signature
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -16,6 +18,7 @@ from narx.network.stability import stability_statement
 from narx.network.structure import NarxStructure
 from narx.training.batch import InitialState, batch
 from narx.training.objective import Log, Objective, Optimizer
+from narx.training.progress import Progress, fingerprint
 from narx.training.ranges import one_of, whole, yes_or_no
 from narx.windows.sequences import TrainingSequence
 
@@ -159,6 +162,7 @@ def train_network(
     rng: np.random.Generator,
     log: Log = lambda iteration, numbers: None,
     start: Narx | None = None,
+    progress_folder: Path | None = None,
 ) -> tuple[Narx, dict[str, Any]]:
     """Train a network.
 
@@ -178,6 +182,9 @@ def train_network(
         Called with iteration and numbers by name.
     start : Narx, optional
         Trained network to go on from, of the same design; its scales are kept.
+    progress_folder : pathlib.Path, optional
+        Where the state of the training is kept while it lasts, in a file named by what is trained:
+        the same training goes on from there.
 
     Returns
     -------
@@ -197,14 +204,24 @@ def train_network(
     else:
         design.check_same(start)
         model = copy.deepcopy(start)
+    problem = objective.with_rest(model, batch(training, model, design.initial_state))
+    held_back = batch(validation, model, design.initial_state)
+    further: dict[str, Any] = {}
+    if progress_folder is not None and "progress" in signature(optimizer.fit).parameters:
+        name = fingerprint(
+            (model.to_config(), objective, optimizer, rng.bit_generator.state),
+            [model.weights, *vars(problem).values(), *vars(held_back).values()],
+        )
+        further["progress"] = Progress(progress_folder / f"{name[:16]}.pt")
     report = optimizer.fit(
         model,
-        objective.with_rest(model, batch(training, model, design.initial_state)),
-        batch(validation, model, design.initial_state),
+        problem,
+        held_back,
         objective,
         rng,
         log,
         None if start is None else start.weights.detach().numpy(),
+        **further,
     )
     history = {
         "trained_on": sorted({sequence.name for sequence in training}),

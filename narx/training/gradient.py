@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,8 +14,10 @@ from narx.network.model import Narx
 from narx.training.batch import Batch
 from narx.training.initial_weights import typical_sizes
 from narx.training.objective import FitReport, Log, Objective
-from narx.training.optimizer import check_common, restart_tag, spread_report, starts_of
+from narx.training.optimizer import check_common, spread_report, starts_of
+from narx.training.progress import Progress, State
 from narx.training.ranges import between, whole
+from narx.training.restarts import Restarts
 from narx.training.stages import Stage, closed_loop_fit, stages_of
 from narx.types import FloatArray
 
@@ -54,7 +57,8 @@ class _GradientOptimizer:
                 reason = str(error).splitlines()[0]
                 raise UserError(f"optimizer.device is '{self.device}': {reason}") from error
 
-    def _stepper(self, parameter: Tensor) -> _Step:
+    def _stepper(self, parameter: Tensor) -> tuple[_Step, list[Any]]:
+        """Return a step of torch's optimiser, and what of it has a state to keep."""
         raise NotImplementedError
 
     def fit(
@@ -66,6 +70,7 @@ class _GradientOptimizer:
         rng: np.random.Generator,
         log: Log,
         start: FloatArray | None = None,
+        progress: Progress | None = None,
     ) -> FitReport:
         """Train from several starts and keep the best by its error on held-out samples.
 
@@ -83,6 +88,8 @@ class _GradientOptimizer:
             Called with the cost of a start, as ``restart_00/cost_deg2``, after each iteration.
         start : ndarray, shape (P,), optional
             Weights to go on from in the last stage, instead of random starts.
+        progress : Progress, optional
+            State of this training where it was cut off, kept from then on.
 
         Returns
         -------
@@ -99,23 +106,13 @@ class _GradientOptimizer:
         chosen_by, unit_deg2 = closed_loop_fit(model, validation, objective, "held-back")
         free = np.flatnonzero(model.trainable.numpy())
         size = typical_sizes(model)[free]
-        ends: list[FloatArray] = []
-        histories: list[list[dict[str, float]]] = []
-        for restart, weights in enumerate(starts):
-            history: list[dict[str, float]] = []
-
-            def record(
-                numbers: dict[str, float],
-                restart: int = restart,
-                history: list[dict[str, float]] = history,
-            ) -> None:
-                log(len(history), {f"{restart_tag(restart)}/cost_deg2": numbers["cost_deg2"]})
-                history.append(numbers)
-
-            for number, stage in enumerate(stages):
-                weights = self._descend(stage, number, weights, free, size, record)
-            ends.append(weights)
-            histories.append(history)
+        run = Restarts(log, Progress() if progress is None else progress)
+        while len(run.ends) < len(starts):
+            run.begin(starts[len(run.ends)])
+            for number in range(run.stage, len(stages)):
+                run.end_stage(self._descend(stages[number], number, free, size, run))
+            run.end()
+        ends = run.ends
         squares = chosen_by.products(np.array(ends))[:, -1, -1]
         errors_deg = np.sqrt(squares * unit_deg2 / chosen_by.total_weight)
         finite = np.isfinite(errors_deg)
@@ -124,26 +121,29 @@ class _GradientOptimizer:
         best = int(np.argmin(np.where(finite, errors_deg, np.inf)))
         with torch.no_grad():
             model.weights.copy_(torch.from_numpy(ends[best]))
-        history = histories[best]
+        history = run.histories[best]
         n_last = sum(row["stage"] == len(stages) - 1 for row in history)
         code = "all iterations are used" if n_last >= self.iterations else "cost no longer falls"
         return FitReport(code, len(history), history, spread_report(errors_deg))
 
     def _descend(
-        self,
-        stage: Stage,
-        number: int,
-        start: FloatArray,
-        free: np.ndarray,
-        size: FloatArray,
-        record: Callable[[dict[str, float]], None],
+        self, stage: Stage, number: int, free: np.ndarray, size: FloatArray, run: Restarts
     ) -> FloatArray:
         """Minimise one stage; returns the weights of least cost."""
         cost = _by_torch(stage, self.device) if self.device else _compiled(stage)
-        basis = _basis(stage, start, free, size)
+        start, state = run.weights, run.descent
+        basis = _basis(stage, start, free, size) if state is None else state["basis"].numpy()
         parameter = torch.zeros(len(free), dtype=torch.float64, requires_grad=True)
-        step = self._stepper(parameter)
+        step, stateful = self._stepper(parameter)
         kept, lowest = start, math.inf
+        costs: list[float] = []
+        if state is not None:
+            with torch.no_grad():
+                parameter.copy_(state["parameter"])
+            for one, its_state in zip(stateful, state["stateful"], strict=True):
+                one.load_state_dict(its_state)
+            kept, costs = state["kept"].numpy(), list(state["costs"])
+            lowest = costs[-1]
         latest: dict[str, float] = {}
 
         def closure() -> Tensor:
@@ -162,14 +162,21 @@ class _GradientOptimizer:
             parameter.grad = torch.from_numpy(self._scaled(gradient, value))
             return torch.tensor(value, dtype=torch.float64)
 
-        costs: list[float] = []
-        for _ in range(self.iterations):
+        def now() -> State:
+            return {
+                "basis": basis,
+                "parameter": parameter,
+                "stateful": [one.state_dict() for one in stateful],
+                "kept": kept,
+                "costs": costs,
+            }
+
+        while len(costs) < self.iterations and not self._settled(costs):
             latest.clear()
             step(closure)
-            record(dict(latest))
+            run.record(dict(latest))
             costs.append(lowest)
-            if self._settled(costs):
-                break
+            run.keep(now)
         return kept
 
     def _settled(self, costs: list[float]) -> bool:
@@ -219,7 +226,7 @@ class Lbfgs(_GradientOptimizer):
         super().__post_init__()
         whole("optimizer.history_size", self.history_size, 1, 1000)
 
-    def _stepper(self, parameter: Tensor) -> _Step:
+    def _stepper(self, parameter: Tensor) -> tuple[_Step, list[Any]]:
         optimizer = torch.optim.LBFGS(
             [parameter],
             max_iter=1,
@@ -230,7 +237,7 @@ class Lbfgs(_GradientOptimizer):
             tolerance_grad=0.0,
             tolerance_change=0.0,
         )
-        return lambda closure: optimizer.step(closure) and None
+        return lambda closure: optimizer.step(closure) and None, [optimizer]
 
 
 @dataclass(frozen=True)
@@ -275,7 +282,7 @@ class Adam(_GradientOptimizer):
         super().__post_init__()
         between("optimizer.learning_rate", self.learning_rate, 1e-9, 10.0)
 
-    def _stepper(self, parameter: Tensor) -> _Step:
+    def _stepper(self, parameter: Tensor) -> tuple[_Step, list[Any]]:
         optimizer = torch.optim.Adam([parameter], lr=self.learning_rate, betas=(0.9, 0.99))
         schedule = torch.optim.lr_scheduler.OneCycleLR(
             optimizer,
@@ -290,7 +297,7 @@ class Adam(_GradientOptimizer):
             optimizer.step(closure)
             schedule.step()
 
-        return step
+        return step, [optimizer, schedule]
 
     def _scaled(self, gradient: FloatArray, cost: float) -> FloatArray:
         return gradient / max(cost, 1e-300)

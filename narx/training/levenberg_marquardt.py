@@ -16,6 +16,7 @@ from narx.training.least_squares.stopping import Stopping
 from narx.training.multi_start import multi_start
 from narx.training.objective import FitReport, Log, Objective
 from narx.training.optimizer import check_common, restart_tag, spread_report, starts_of
+from narx.training.progress import Progress
 from narx.training.ranges import yes_or_no
 from narx.training.stages import closed_loop_fit, stages_of
 from narx.types import FloatArray
@@ -69,6 +70,7 @@ class LevenbergMarquardt:
         rng: np.random.Generator,
         log: Log,
         start: FloatArray | None = None,
+        progress: Progress | None = None,
     ) -> FitReport:
         """Set the weights of a network to the best found.
 
@@ -87,6 +89,8 @@ class LevenbergMarquardt:
             iteration.
         start : ndarray, shape (P,), optional
             Weights to go on from in the last stage, instead of random starts.
+        progress : Progress, optional
+            State of this training where it was cut off, kept from then on.
 
         Returns
         -------
@@ -122,7 +126,13 @@ class LevenbergMarquardt:
                 done[first] += 1
 
         result = multi_start(
-            stages, starts, chosen_by, options, trainable=model.trainable.numpy(), log=live
+            stages,
+            starts,
+            chosen_by,
+            options,
+            trainable=model.trainable.numpy(),
+            log=live,
+            progress=progress,
         )
         with torch.no_grad():
             model.weights.copy_(torch.from_numpy(result.weights))

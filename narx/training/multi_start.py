@@ -5,9 +5,10 @@ starts are trained, on the easy problem first (one step ahead), then on growing 
 closed loop, and the best in closed loop on held-out samples is chosen.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +21,8 @@ from narx.training.least_squares.axis import NetworkFit
 from narx.training.least_squares.one_step import OneStepFit
 from narx.training.least_squares.problem import LeastSquaresProblem
 from narx.training.least_squares.solver import Options, Result, levenberg_marquardt
+from narx.training.least_squares.stopping import ResultCode
+from narx.training.progress import Progress
 from narx.training.stages import Stage
 from narx.types import BoolArray, FloatArray
 from narx.windows.lagged import LaggedWindows
@@ -92,13 +95,85 @@ class MultiStartResult:
         return rows
 
 
-def _told(
-    log: Callable[[int, FloatArray, float], None],
-    first: int,
-    mean_square: float,
-    cost: FloatArray,
-) -> None:
-    log(first, cost, mean_square)
+class _Group:
+    """Starts that are trained together, through all stages, from where they were cut off.
+
+    Parameters
+    ----------
+    first : int
+        Number of the first start.
+    log : callable or None
+        As for `multi_start`; what was logged before the cut is logged again.
+    progress : Progress
+        Keeps the state.
+    """
+
+    def __init__(
+        self,
+        first: int,
+        log: Callable[[int, FloatArray, float], None] | None,
+        progress: Progress,
+    ) -> None:
+        self._first, self._log, self._progress = first, log, progress
+        kept = progress.of(self._name) or {"results": [], "running": None, "costs": []}
+        self.results = [_result(one) for one in kept["results"]]
+        self._running = kept["running"]
+        self._costs: list[tuple[FloatArray, float]] = []
+        for cost, mean_square in kept["costs"]:
+            self._add(mean_square, cost.numpy())
+
+    @property
+    def _name(self) -> str:
+        return f"starts from {self._first}"
+
+    def _add(self, mean_square: float, cost: FloatArray) -> None:
+        self._costs.append((cost, mean_square))
+        if self._log is not None:
+            self._log(self._first, cost, mean_square)
+
+    def train(
+        self,
+        stages: Sequence[Stage],
+        weights: FloatArray,
+        options: Options | None,
+        trainable: ArrayLike | None,
+    ) -> FloatArray:
+        for stage in stages[len(self.results) :]:
+            start = self.results[-1].weights if self.results else weights
+            result = levenberg_marquardt(
+                stage.problem,
+                start,
+                options,
+                trainable=trainable,
+                log=partial(self._add, stage.mean_square),
+                state=self._running,
+                keep=self._keep,
+            )
+            self._running = None
+            self.results.append(result)
+        return self.results[-1].weights
+
+    def _keep(self, running: Callable[[], dict[str, Any]]) -> None:
+        self._progress.keep(
+            self._name,
+            lambda: {
+                "results": [
+                    vars(result) | {"codes": [code.value for code in result.codes]}
+                    for result in self.results
+                ],
+                "running": running(),
+                "costs": self._costs,
+            },
+        )
+
+
+def _result(kept: Mapping[str, Any]) -> Result:
+    arrays = {
+        name: value.numpy() if isinstance(value, Tensor) else value for name, value in kept.items()
+    }
+    history = {name: value.numpy() for name, value in kept["history"].items()}
+    codes = [ResultCode(code) for code in kept["codes"]]
+    return Result(**arrays | {"history": history, "codes": codes})
 
 
 def normal_starts(
@@ -198,6 +273,7 @@ def multi_start(
     *,
     trainable: ArrayLike | None = None,
     log: Callable[[int, FloatArray, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> MultiStartResult:
     """Train from many starts, in threads, and choose the best on held-out samples.
 
@@ -216,6 +292,8 @@ def multi_start(
     log : callable, optional
         Called after each iteration of a group of starts, possibly from several threads: number
         of its first start, the starts' costs, and the stage's factor to mean squares.
+    progress : Progress, optional
+        State of this training where it was cut off, kept from then on.
 
     Returns
     -------
@@ -236,17 +314,9 @@ def multi_start(
     def train(first: int, last: int) -> None:
         for group in range(first, last, _TOGETHER):
             rows = slice(group, min(group + _TOGETHER, last))
-            by_group[group] = []
-            for stage in stages:
-                result = levenberg_marquardt(
-                    stage.problem,
-                    weights[rows],
-                    options,
-                    trainable=trainable,
-                    log=None if log is None else partial(_told, log, group, stage.mean_square),
-                )
-                weights[rows] = result.weights
-                by_group[group].append(result)
+            one = _Group(group, log, Progress() if progress is None else progress)
+            weights[rows] = one.train(stages, weights[rows], options, trainable)
+            by_group[group] = one.results
             squares = validation.products(weights[rows])[:, -1, -1]
             errors[rows] = np.sqrt(squares / max(validation.total_weight, 1e-300))
 

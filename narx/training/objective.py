@@ -13,6 +13,7 @@ from torch.nn.functional import pad
 from narx.errors import UserError
 from narx.network.model import Narx
 from narx.training.batch import Batch
+from narx.training.progress import Progress
 from narx.training.ranges import between, yes_or_no
 from narx.types import FloatArray
 
@@ -193,6 +194,7 @@ class Optimizer(Protocol):
         rng: np.random.Generator,
         log: Log,
         start: FloatArray | None = None,
+        progress: Progress | None = None,
     ) -> FitReport:
         """Set the weights of a network to the best found.
 
@@ -210,6 +212,9 @@ class Optimizer(Protocol):
             Called with iteration and numbers by name: ``restart_00/cost_deg2``.
         start : ndarray, shape (P,), optional
             Weights to go on from, instead of random starts.
+        progress : Progress, optional
+            State of this training where it was cut off, kept from then on; not given to an
+            optimizer that takes none, which then begins anew.
 
         Returns
         -------

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -57,6 +58,9 @@ class Trainer:
     start : Checkpoint, optional
         Trained network to go on from, of the same design and sampling rate: its scales are kept,
         and only the last stage of the curriculum is run.
+    progress_folder : pathlib.Path, optional
+        Where the state of a training is kept while it lasts: the same training, started again
+        after it was cut off, goes on from there and ends with the same weights.
 
     Raises
     ------
@@ -87,6 +91,7 @@ class Trainer:
     seed: int | np.random.Generator = 0
     tracker: PostureTracker | None = None
     start: Checkpoint | None = None
+    progress_folder: Path | None = None
 
     def __post_init__(self) -> None:
         washout_gain(self.washout_s, 1.0)  # refuses a time that is not positive
@@ -194,6 +199,7 @@ class Trainer:
             np.random.default_rng(self.seed),
             log,
             None if self.start is None else self.start.model,
+            self.progress_folder,
         )
         return Checkpoint(
             model,

@@ -6,8 +6,9 @@ Each evaluation gives cost, gradient and Gauss-Newton matrix together, so an acc
 second pass; a step that does not lower the cost is never accepted.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,10 @@ from narx.training.least_squares.stopping import CODES, ResultCode, Stopping
 from narx.types import FloatArray
 
 _HISTORY = ("cost", "damping", "gradient")
+# what changes from iteration to iteration
+_STATE = (
+    "weights", "products", "cost", "decay", "codes", "mu", "growth", "mu_unit", "n_evaluations",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -78,6 +83,8 @@ def levenberg_marquardt(
     *,
     trainable: ArrayLike | None = None,
     log: Callable[[FloatArray], None] | None = None,
+    state: Mapping[str, Any] | None = None,
+    keep: Callable[[Callable[[], dict[str, Any]]], None] | None = None,
 ) -> Result:
     """Minimise half a sum of squares.
 
@@ -93,6 +100,10 @@ def levenberg_marquardt(
         Weights that may move; all if not given (odd networks hold their biases at zero).
     log : callable, optional
         Called after each iteration with the starts' costs, NaN where one has stopped.
+    state : mapping of str to object, optional
+        State to go on from, of an earlier call with the same arguments.
+    keep : callable, optional
+        Called after each iteration with a function that returns the state.
 
     Returns
     -------
@@ -102,14 +113,19 @@ def levenberg_marquardt(
     run = _Run(problem, np.atleast_2d(np.array(weights, dtype=np.float64)), options or Options())
     free = np.arange(problem.n_weights)
     run.free = free if trainable is None else free[np.asarray(trainable, dtype=bool)]
-    run.start()
-    for _ in range(run.options.stopping.max_evaluations):
+    if state is None:
+        run.start()
+    else:
+        run.restore(state)
+    for _ in range(len(run.history), run.options.stopping.max_evaluations):
         active = np.flatnonzero(run.codes == RUNNING)
         if not len(active):
             break
         run.iterate(active)
         if log is not None:
             log(np.where(np.isin(np.arange(len(run.cost)), active), run.cost, np.nan))
+        if keep is not None:
+            keep(run.state)
     return run.result()
 
 
@@ -136,6 +152,14 @@ class _Run:
     def start(self) -> None:
         self.cost = self._cost(self.products, self.weights, self.decay)
         self.codes[~np.isfinite(self.cost)] = lm_step.NOT_FINITE
+
+    def state(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in _STATE} | {"history": self.history}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        for name in _STATE:
+            setattr(self, name, state[name].numpy().copy())
+        self.history = [row.numpy() for row in state["history"]]
 
     def iterate(self, active: NDArray[np.int64]) -> None:
         n, diagonal = len(active), self.options.damping.scaling == "diagonal"
