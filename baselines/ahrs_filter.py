@@ -1,5 +1,6 @@
 """Common base of Madgwick's and Mahony's filters: a quaternion updated sample by sample."""
 
+from collections.abc import Hashable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -37,6 +38,10 @@ class AhrsFilter(OrientationFilter):
     def __init__(self, gains: Any, **heading: Any) -> None:
         super().__init__(**heading)
         self._gains = gains
+
+    @property
+    def _settings(self) -> Hashable:
+        return self._gains
 
     def _orientation(self, signals: SegmentSignals) -> FloatArray:
         initial = signals.initial_angles_rad

@@ -1,6 +1,8 @@
 """Common base of orientation filters: from signals to three angles, with a heading of their own."""
 
+import weakref
 from abc import abstractmethod
+from collections.abc import Hashable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +13,10 @@ from narx.inference.composition import start_up_of
 from narx.kinematics.segment_angles import TRANSVERSE, angles_from_orientation
 from narx.method import OrientationMethod, SegmentSignals
 from narx.types import FloatArray
+
+# what each filter, with its settings, made of the recording that it was last run on: a benchmark
+# runs it with every treatment of the heading
+_LATEST: dict[Hashable, tuple["weakref.ref[SegmentSignals]", FloatArray]] = {}
 
 
 class OrientationFilter(OrientationMethod):
@@ -39,6 +45,11 @@ class OrientationFilter(OrientationMethod):
         self.heading = Heading(heading, heading_leak_rad_s)
         self.start_up = start_up_of(start_up, self.name)
 
+    @property
+    @abstractmethod
+    def _settings(self) -> Hashable:
+        """Everything that the orientation depends on besides the signals."""
+
     @abstractmethod
     def _orientation(self, signals: SegmentSignals) -> FloatArray:
         """Quaternions w, x, y, z (N, 4) against a world with z up and any heading."""
@@ -46,7 +57,7 @@ class OrientationFilter(OrientationMethod):
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         if not signals.n_samples:
             return np.empty((0, 3))
-        angles = angles_from_orientation(self._orientation(signals))
+        angles = self._angles(signals)
         # without a magnetometer a filter's heading is arbitrary: relative to the first sample
         initial = signals.initial_angles_rad
         first = 0.0 if initial is None else float(initial[TRANSVERSE])
@@ -54,6 +65,16 @@ class OrientationFilter(OrientationMethod):
         return self.heading.of(
             angles, signals.axis_rates_rad_s, signals.interval_s, initial, self.start_up
         )
+
+    def _angles(self, signals: SegmentSignals) -> FloatArray:
+        """Angles with the filter's own heading; treatments of the heading share the latest ones."""
+        key = type(self), self._settings
+        latest = _LATEST.get(key)
+        if latest is None or latest[0]() is not signals:
+            angles = angles_from_orientation(self._orientation(signals))
+            latest = weakref.ref(signals, lambda _: _LATEST.pop(key, None)), angles
+            _LATEST[key] = latest
+        return latest[1].copy()
 
 
 class AnglesOneByOne:

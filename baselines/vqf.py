@@ -1,5 +1,6 @@
 """Adapter to VQF, the orientation filter of Laidig and Seel (library `vqf`)."""
 
+from collections.abc import Hashable
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,10 @@ class Vqf(OrientationFilter):
     def causal(self) -> bool:
         """Whether an angle depends on nothing that comes later."""
         return not self.offline
+
+    @property
+    def _settings(self) -> Hashable:
+        return self.offline, tuple(self._parameters.items())
 
     def _orientation(self, signals: SegmentSignals) -> FloatArray:
         gyroscope = gyroscope_xyz(signals.axis_rates_rad_s)

@@ -91,7 +91,13 @@ def run(
         for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
             evaluated, refusals = evaluate_trial(
-                trial, calibrated, methods, part, cfg.evaluation.skip_s, gathered.workload
+                trial,
+                calibrated,
+                methods,
+                part,
+                cfg.evaluation.skip_s,
+                gathered.workload,
+                cfg.evaluation.scored_rate_hz,
             )
             scored, further = report.observe(trial, calibrated, methods, evaluated)
             gathered.refusals += [*further, *refusals]
@@ -183,12 +189,34 @@ def _benchmark(cfg: DictConfig) -> None:
         about = environment(cfg.seed, gathered.sources)
         about["not_causal"] = sorted(gathered.not_causal)
         write_json(about, directory / "environment.json")
+        write_json(by_fold(gathered.chosen), directory / "chosen.json")
         write_json(gathered.workload.report(), directory / "timing.json")
         for fold, network in gathered.networks.items():
             checkpoints.save(network, directory / "networks" / f"{safe_name(fold, 120)}.pt")
         summary = write_report(report, cfg, gathered, directory, log)
     print(summary)
     print(f"\nresults.csv, summary.md, figures and TensorBoard events: {directory}")
+
+
+def by_fold(
+    chosen: Mapping[tuple[str, str], Mapping[str, object]],
+) -> dict[str, dict[str, Mapping[str, object]]]:
+    """Nest chosen parameters for a file.
+
+    Parameters
+    ----------
+    chosen : mapping of tuple of str to mapping
+        Values by parameter, by fold and row.
+
+    Returns
+    -------
+    dict of str to dict
+        The same by fold, then by row.
+    """
+    nested: dict[str, dict[str, Mapping[str, object]]] = {}
+    for (fold, row), values in chosen.items():
+        nested.setdefault(fold, {})[row] = values
+    return nested
 
 
 main = command("benchmark")(_benchmark)

@@ -2,9 +2,11 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -24,10 +26,12 @@ from narx.experiments.tables.page import (
 from narx.files import atomic_path
 
 BEGIN, END = "<!-- benchmark -->", "<!-- end of benchmark -->"
+AS_PRINTED = "as_printed"
+_KEPT = ("git_commit", "seed", "python", "versions", "not_causal")
 
 
-def measure(cfg: DictConfig, name: str, folder: Path) -> None:
-    """Run one source's benchmark and keep its means.
+def measure(cfg: DictConfig, name: str, docs: Path) -> None:
+    """Run one source's benchmark and keep its means and figures.
 
     Parameters
     ----------
@@ -35,43 +39,84 @@ def measure(cfg: DictConfig, name: str, folder: Path) -> None:
         Holds `sources`: overrides by name.
     name : str
         Which.
-    folder : pathlib.Path
-        Gets ``<name>.csv`` and ``<name>.json``.
+    docs : pathlib.Path
+        Gets ``results/<name>.csv``, ``results/<name>.json`` and the figures.
 
     Raises
     ------
     UserError
         If the benchmark fails.
     """
-    overrides = list(cfg.sources[name].overrides)
-    with tempfile.TemporaryDirectory() as run:
-        arguments = [*overrides, f"hydra.run.dir={run}"]
+    source = cfg.sources[name]
+    with tempfile.TemporaryDirectory() as folder:
+        run = Path(folder)
+        overrides = list(source.overrides)
         if cfg.data_root is not None:
-            arguments.append(f"data_root={cfg.data_root}")
-        done = subprocess.run(
-            [sys.executable, "-m", "narx.experiments.benchmark", *arguments],
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        if done.returncode:
-            raise UserError(f"sources.{name}: its benchmark ended with status {done.returncode}")
-        means = subject_condition_means(read_results(Path(run) / "results.csv"))
-        environment = json.loads((Path(run) / "environment.json").read_text())
-    with atomic_path(folder / f"{name}.csv") as temporary:
+            overrides.append(f"data_root={cfg.data_root}")
+        _run("benchmark", overrides, run, f"sources.{name}")
+        means = subject_condition_means(read_results(run / "results.csv"))
+        environment = json.loads((run / "environment.json").read_text())
+        about = {key: environment[key] for key in _KEPT}
+        about["chosen"] = json.loads((run / "chosen.json").read_text())
+        timing = json.loads((run / "timing.json").read_text())
+        about["us_per_sample"] = {k: round(v, 3) for k, v in timing["us_per_sample"].items()}
+        for figure in source.figures:
+            drawn = run / "figures" / f"{figure}.png"
+            if not drawn.is_file():
+                raise UserError(f"sources.{name}.figures: the benchmark drew no '{figure}'")
+            (docs / "figures").mkdir(exist_ok=True)
+            with atomic_path(docs / "figures" / _figure_name(name, figure)) as temporary:
+                shutil.copyfile(drawn, temporary)
+    with atomic_path(docs / "results" / f"{name}.csv") as temporary:
         means.to_csv(temporary, index=False, float_format="%.6g", lineterminator="\n")
-    kept = ("git_commit", "seed", "python", "versions", "not_causal")
-    write_json({key: environment[key] for key in kept}, folder / f"{name}.json")
+    write_json(about, docs / "results" / f"{name}.json")
 
 
-def kept_sources(cfg: DictConfig, folder: Path) -> dict[str, Source]:
+def measure_as_printed(cfg: DictConfig, docs: Path) -> None:
+    """Run the training as printed and keep its draws.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        Holds `as_printed`: overrides.
+    docs : pathlib.Path
+        Gets ``results/as_printed.csv``.
+
+    Raises
+    ------
+    UserError
+        If the command fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        run = Path(folder)
+        _run(AS_PRINTED, cfg.as_printed, run, AS_PRINTED)
+        with atomic_path(docs / "results" / f"{AS_PRINTED}.csv") as temporary:
+            shutil.copyfile(run / "as_printed.csv", temporary)
+
+
+def _run(name: str, overrides: Sequence[str], run: Path, what: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", f"narx.experiments.{name}", *overrides, f"hydra.run.dir={run}"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    if done.returncode:
+        raise UserError(f"{what}: the command ended with status {done.returncode}")
+
+
+def _figure_name(source: str, figure: str) -> str:
+    return f"benchmark_{source}_{figure}.png"
+
+
+def kept_sources(cfg: DictConfig, docs: Path) -> dict[str, Source]:
     """Read what `measure` has left.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
         Holds `sources`.
-    folder : pathlib.Path
-        Where ``<name>.csv`` and ``<name>.json`` lie.
+    docs : pathlib.Path
+        Where ``results/<name>.csv`` and ``results/<name>.json`` lie.
 
     Returns
     -------
@@ -80,7 +125,7 @@ def kept_sources(cfg: DictConfig, folder: Path) -> dict[str, Source]:
     """
     sources = {}
     for name, shown in cfg.sources.items():
-        table, about_file = folder / f"{name}.csv", folder / f"{name}.json"
+        table, about_file = (docs / "results" / f"{name}.{end}" for end in ("csv", "json"))
         if not table.is_file():
             continue
         about = json.loads(about_file.read_text())
@@ -88,14 +133,62 @@ def kept_sources(cfg: DictConfig, folder: Path) -> dict[str, Source]:
         kept = ", ".join(f"{k} {versions[k]}" for k in ("torch", "numpy", "scipy", "numba"))
         sources[str(name)] = Source(
             shown.title,
-            " ".join(["python -m experiments.benchmark", *shown.overrides]),
+            " ".join(["python -m experiments.benchmark", *map(_quoted, shown.overrides)]),
             shown.segment,
             shown.quantity,
             pd.read_csv(table, dtype={"subject": str, "condition": str}),
             tuple(about["not_causal"]),
             f"Commit {str(about['git_commit'])[:10]}, seed {about['seed']}, {kept}.",
+            {
+                (fold, row): values
+                for fold, rows in about["chosen"].items()
+                for row, values in rows.items()
+            },
+            about["us_per_sample"],
+            {_figure_name(str(name), figure): text for figure, text in shown.figures.items()},
         )
     return sources
+
+
+def _quoted(override: str) -> str:
+    return f"'{override}'" if set(override) & set("[]{}, ") else override
+
+
+def pages(cfg: DictConfig, root: Path) -> dict[Path, str]:
+    """Write the pages from the kept results.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/benchmark_page.yaml``.
+    root : pathlib.Path
+        The checkout.
+
+    Returns
+    -------
+    dict of pathlib.Path to str
+        Text of ``docs/benchmark.md``, and of ``README.md`` with its table.
+
+    Raises
+    ------
+    UserError
+        If there are no results, or README has no marks.
+    """
+    docs = root / "docs"
+    sources = kept_sources(cfg, docs)
+    if not sources:
+        raise UserError(f"{docs / 'results'}: no results; run with measure=true")
+    printed = docs / "results" / f"{AS_PRINTED}.csv"
+    as_printed = None
+    if printed.is_file():
+        made = " ".join(["python -m experiments.as_printed", *map(_quoted, cfg.as_printed)])
+        as_printed = pd.read_csv(printed), made
+    glance = {name: sources[name] for name in cfg.glance.sources if name in sources}
+    readme = root / "README.md"
+    return {
+        docs / "benchmark.md": benchmark_page(sources, as_printed),
+        readme: with_table(readme.read_text(), at_a_glance(glance, cfg.glance.methods)),
+    }
 
 
 def with_table(readme: str, table: str) -> str:
@@ -126,28 +219,19 @@ def with_table(readme: str, table: str) -> str:
 
 def _benchmark_page(cfg: DictConfig) -> None:
     root = Path(cfg.root)
-    folder = root / "docs" / "results"
-    names = list(cfg.sources) if cfg.only is None else list(cfg.only)
+    known = [*map(str, cfg.sources), AS_PRINTED]
+    names = known if cfg.only is None else list(cfg.only)
+    for name in names:
+        if name not in known:
+            raise UserError(f"only: no source '{name}', expected of {', '.join(known)}")
     if cfg.measure:
-        folder.mkdir(parents=True, exist_ok=True)
+        (root / "docs" / "results").mkdir(parents=True, exist_ok=True)
         for name in tqdm(names, desc="benchmarks", disable=None):
-            if name not in cfg.sources:
-                raise UserError(f"only: no source '{name}', expected of {', '.join(cfg.sources)}")
-            measure(cfg, name, folder)
-    sources = kept_sources(cfg, folder)
-    if not sources:
-        raise UserError(f"{folder}: no results; run with measure=true")
-    readme = root / "README.md"
-    pages = {
-        root / "docs" / "benchmark.md": benchmark_page(sources),
-        readme: with_table(
-            readme.read_text(),
-            at_a_glance(
-                {k: v for k, v in sources.items() if k in cfg.glance.sources}, cfg.glance.methods
-            ),
-        ),
-    }
-    for path, text in pages.items():
+            if name == AS_PRINTED:
+                measure_as_printed(cfg, root / "docs")
+            else:
+                measure(cfg, name, root / "docs")
+    for path, text in pages(cfg, root).items():
         with atomic_path(path) as temporary:
             temporary.write_text(text)
         print(path)

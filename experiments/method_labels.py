@@ -40,7 +40,7 @@ _COLOURS = {
     "giof_real_time": "#d55e00",
     "complementary_filter_real_time": "#6fa8dc",
     "two_point": "#7b3fa0",
-    "vqf": "#222222",
+    "vqf": "#7570b3",
     "vqf_offline": "#777777",
     "madgwick": "#56b4e9",
     "mahony": "#8c6d31",
@@ -49,13 +49,30 @@ _COLOURS = {
     "constant": "#c0c0c0",
     "zero": "#e0e0e0",
 }
+# what a figure or a table of strides shows of a benchmark with many rows: the network, its
+# counterpart with one parameter and a filter of today with the same ingredients (of each the first
+# that there is), and both rivals as printed
+_DRAWN = (
+    ("narx",),
+    ("leaky_integrator_same_chosen", "leaky_integrator_same", "leaky_integrator"),
+    ("vqf_same_chosen", "vqf_same", "vqf"),
+    ("pseudo_integrator",),
+    ("complementary_filter",),
+)
+_MOST_DRAWN = 6
 _FURTHER_COLOURS = ("#bcbd22", "#17becf", "#7f7f7f", "#aec7e8", "#ffbb78", "#98df8a")
 
 
 # what a row's name may end with (`narx.experiments.forms`), in the order of tables
-_FORMS = ("", "_heading_zero", "_same")
+_FORMS = ("", "_heading_zero", "_start_up", "_same")
 _CHOSEN = "_chosen"
-_WITH_HEADING = frozenset({"complementary_filter", "giof", "vqf", "madgwick", "mahony"})
+# what of the network's ingredients a method has, if not coupled axes with a start-up: a filter gets
+# the start-up for the posture of its heading alone
+_SAME = {
+    "leaky_integrator": "tracker",
+    "gyro_integration": "tracker",
+    **dict.fromkeys(("vqf", "madgwick", "mahony"), "heading leak"),
+}
 BLOCKS = ("as printed", "same ingredients")
 
 
@@ -80,7 +97,7 @@ def method_block(row: str) -> str:
         ``as printed``, or ``same ingredients``: the network, and what was given its parts.
     """
     method, form, _ = _parts(row)
-    same = form == "_same" or method in ("narx", "narx_smoothed")
+    same = form in ("_start_up", "_same") or method in ("narx", "narx_smoothed")
     return BLOCKS[int(same)]
 
 
@@ -97,15 +114,17 @@ def method_label(row: str, not_causal: Container[str] = ()) -> str:
     Returns
     -------
     str
-        Short name of the method (an unknown one as it is), how its heading is treated, whether
-        its parameters were chosen.
+        Short name of the method (an unknown one as it is), how its heading is treated or that it
+        has a start-up (and coupled axes), whether its parameters were chosen.
     """
     method, form, chosen = _parts(row)
     words = [_LABELS.get(method, method)]
     if form == "_heading_zero":
         words.append("heading 0")
-    if form == "_same" and method in _WITH_HEADING:
-        words.append("heading leak")
+    if form == "_start_up":
+        words.append("start-up")
+    if form == "_same":
+        words.append(_SAME.get(method, "start-up"))
     if chosen:
         words.append("chosen")
     if row in not_causal:
@@ -134,6 +153,27 @@ def method_order(rows: Iterable[str]) -> list[str]:
         return BLOCKS.index(method_block(row)), at, method, _FORMS.index(form), chosen
 
     return sorted(set(rows), key=place)
+
+
+def drawn_rows(rows: Iterable[str]) -> list[str]:
+    """Choose the rows that a figure, or a table with many columns, shows.
+
+    Parameters
+    ----------
+    rows : iterable of str
+        Names in ``results.csv``; each counts once.
+
+    Returns
+    -------
+    list of str
+        All in the fixed order, if they are few; else those of a fixed choice that are there, or
+        the first few.
+    """
+    ordered = method_order(rows)
+    if len(ordered) <= _MOST_DRAWN:
+        return ordered
+    found = (next((row for row in rows if row in ordered), None) for rows in _DRAWN)
+    return [row for row in found if row is not None] or ordered[:_MOST_DRAWN]
 
 
 def method_colour(row: str) -> str:

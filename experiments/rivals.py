@@ -17,7 +17,8 @@ from narx.method import OrientationMethod
 
 # one network, run forwards alone or backwards as well, and another one trained as printed
 NETWORK_METHODS = frozenset({"narx", "narx_smoothed", "narx_axis_by_axis"})
-_HEADING_LEAKS = {"heading_leak_rad_s": [0.05, 0.1, 0.2, 0.3, 0.5, 0.8]}
+# the tilt does not show the leak of the heading, so it is chosen after the rest, by its own axis
+_HEADING_LEAK = "heading_leak_rad_s"
 _TRANSVERSE_ALONE = (0.0, 0.0, 1.0)
 
 
@@ -69,14 +70,18 @@ class Rivals:
         )
         if not training:
             return methods
+        known: dict[str, dict[str, Any]] = {}
         for row, grid in self.grids.items():
             settings = dict(self.settings[row])
-            chosen = choose_parameters(settings, grid, training, objective.axis_weights)
-            if settings.get("heading") == "leak":
-                # which the tilt does not show
-                chosen |= choose_parameters(
-                    settings | chosen, _HEADING_LEAKS, training, _TRANSVERSE_ALONE
-                )
+            tilt = {name: values for name, values in grid.items() if name != _HEADING_LEAK}
+            # the tilt of a single segment does not depend on the treatment of its heading
+            alike = repr({key: settings[key] for key in settings if not key.startswith("heading")})
+            if alike not in known:
+                known[alike] = choose_parameters(settings, tilt, training, objective.axis_weights)
+            chosen = dict(known[alike])
+            if settings.get("heading") == "leak" and _HEADING_LEAK in grid:
+                leaks = {_HEADING_LEAK: grid[_HEADING_LEAK]}
+                chosen |= choose_parameters(settings | chosen, leaks, training, _TRANSVERSE_ALONE)
             name = f"{row}_{CHOSEN}"
             methods[name] = _made(settings | chosen)
             self.gathered.chosen[fold.name, name] = chosen

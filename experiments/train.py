@@ -73,8 +73,9 @@ def _train(cfg: DictConfig) -> float | list[float]:
         write_json(workload.report(), directory / "timing.json")
         # last, since it can be drawn again
         figure = training_history_figure(network, fold.name)
-        save_figure(figure, directory / "figures" / "training.png")
-        log.figure("training", figure)
+        drawn = directory / "figures" / "training.png"
+        save_figure(figure, drawn)
+        log.figure("training", drawn)
     print(
         f"{fold.name}: held-back error {metrics[HELD_BACK]:.3f} deg, stopped by "
         f"{network.history['report']['code']}\n{directory / 'checkpoint.pt'}"

@@ -9,6 +9,7 @@ from narx.datasets.base import TrialSource
 from narx.experiments.configuration.components import Component, Components
 from narx.experiments.model import ModelSettings
 from narx.experiments.reports.report import Report
+from narx.inference.narx_method import AxisScaling
 from narx.inference.predict import Frame, Side
 from narx.inference.session import SessionStart
 from narx.method import OrientationMethod
@@ -128,6 +129,7 @@ class Evaluation(Section):
     """What of a trial is scored, and how figures are drawn."""
 
     skip_s: Seconds = 5.0
+    scored_rate_hz: Annotated[float, Field(ge=1, le=10_000)] | None = 100.0
     confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
     figure_rate_hz: Annotated[float, Field(ge=1, le=10_000)] = 50.0
 
@@ -225,6 +227,35 @@ class ErrorBudget(Section):
     variants: dict[Name, Variant]
 
 
+class PrintedVariant(Section):
+    """What differs from training as printed."""
+
+    curriculum: Annotated[tuple[Literal["open", "closed"], ...], Field(min_length=1)] = ("open",)
+    prior_deg2: Annotated[float, Field(ge=0)] = 0.0
+    axis_scaling: AxisScaling = "training"
+    starts: Literal["normal", "leaky_integrator"] = "normal"
+    restarts: Annotated[int, Field(ge=1, le=1000)] = 1
+    target: Literal["filter", "reference"] = "filter"
+
+
+class AsPrinted(Section):
+    """As ``configs/as_printed.yaml``."""
+
+    seed: Seed = 0
+    draws: Annotated[int, Field(ge=1, le=10_000)] = 20
+    subjects: Names = ("S1", "S2", "S3", "S4", "S5")
+    condition: Literal["slow", "normal", "fast"] = "normal"
+    duration_s: PositiveSeconds = 60.0
+    sampling_rate_hz: SamplingRate = 500.0
+    calibration: Mode = "functional"
+    window_s: PositiveSeconds = 10.0
+    skip_s: Seconds = 5.0
+    crossover_hz: Positive = 0.1
+    power_fraction: Annotated[float, Field(gt=0, lt=1)] = 0.98
+    iterations: Annotated[int, Field(ge=1, le=100_000)] = 300
+    variants: Annotated[dict[Name, PrintedVariant], Field(min_length=1)]
+
+
 class PageSource(Section):
     """A benchmark of the page and how it is shown."""
 
@@ -232,6 +263,7 @@ class PageSource(Section):
     overrides: tuple[Name, ...] = ()
     segment: Name
     quantity: Literal["rmse_deg", "precision_deg"]
+    figures: dict[Name, Name] = {}
 
 
 class Glance(Section):
@@ -249,6 +281,7 @@ class BenchmarkPage(Section):
     measure: bool = True
     only: Names | None = None
     sources: dict[Name, PageSource]
+    as_printed: tuple[Name, ...] = ()
     glance: Glance
 
 
@@ -273,6 +306,7 @@ SCHEMAS: dict[str, type[Section]] = {
     "train": Train,
     "benchmark": Benchmark,
     "benchmark_page": BenchmarkPage,
+    "as_printed": AsPrinted,
     "export": Export,
     "predict": Predict,
     "demo_recordings": DemoRecordings,

@@ -15,6 +15,7 @@ from narx.experiments.figures.drift import error_over_time
 from narx.experiments.figures.spectrum import spectrum
 from narx.experiments.figures.waveforms import first_and_last_minute, waveforms
 from narx.experiments.gathered import Gathered
+from narx.experiments.method_labels import drawn_rows
 from narx.experiments.reports.report import Report, Section
 from narx.experiments.reports.strides import Strides
 from narx.experiments.reports.tham_wording import against_print
@@ -136,7 +137,7 @@ class GenericReport(Report):
             if "narx" in cfg.methods:
                 sections.append(interval_table(results, seed=cfg.seed))
                 sections += against_print(comparison_with_print(results), cfg, True)
-        return sections + comparison_sections(cfg, gathered) + self._strides.tables(cfg.methods)
+        return sections + comparison_sections(cfg, gathered) + self._strides.tables()
 
     def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
         """Draw spectrum, waveforms, agreement and error over time.
@@ -163,17 +164,17 @@ class GenericReport(Report):
                 kind = kind_of(one.segment)
                 by_kind.setdefault(kind, []).append(one)
         for kind, pieces in by_kind.items():
+            rows = drawn_rows(row for piece in pieces for row in piece.estimates_rad)
             shown = next((piece for piece in pieces if piece.condition == "normal"), pieces[0])
             figures[f"waveforms_{kind}"] = waveforms(
-                first_and_last_minute(shown), title=shown.name.replace("/", ", ")
+                first_and_last_minute(shown), rows, title=shown.name.replace("/", ", ")
             )
-            for method in cfg.methods:
-                if any(method in piece.estimates_rad for piece in pieces):
-                    figures[f"bland_altman_{kind}_{method}"] = bland_altman(pieces, method)
-            figures[f"error_over_time_{kind}"] = error_over_time(pieces)
+            for row in rows:
+                figures[f"bland_altman_{kind}_{row}"] = bland_altman(pieces, row)
+            figures[f"error_over_time_{kind}"] = error_over_time(pieces, methods=rows)
             if any(piece.std_rad for piece in pieces):
                 figures[f"calibration_{kind}"] = calibration_figure(pieces)
-        return figures | self._strides.figures(cfg.methods)
+        return figures | self._strides.figures()
 
 
 def comparison_sections(cfg: DictConfig, gathered: Gathered) -> list[Section]:

@@ -1,6 +1,7 @@
 """The stride-by-stride part of a report, for walking trials."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from matplotlib.figure import Figure
 
@@ -9,16 +10,14 @@ from narx.evaluation.comparison import Evaluated
 from narx.evaluation.strides import StrideSet, cut_strides, stride_table
 from narx.experiments.figures.strides import stride_bands
 from narx.experiments.gait_cycles import foot_contacts_s
+from narx.experiments.method_labels import drawn_rows
 from narx.experiments.tables.strides import cycle_table, reliability_table, stride_errors_table
 from narx.experiments.tables.table import Table
 from narx.recordings.trial import Trial, kind_of
 
-# rows of the figure that fit on a page
-SHOWN = ("narx", "leaky_integrator", "vqf", "pseudo_integrator", "complementary_filter")
-
 
 class Strides:
-    """Strides of all trials, kept while each trial is in memory at its full rate."""
+    """Strides of all trials, of the few rows that `drawn_rows` chooses, kept trial by trial."""
 
     def __init__(self) -> None:
         self._sets: list[StrideSet] = []
@@ -43,6 +42,8 @@ class Strides:
         kinds = [kind_of(one.segment) for one in evaluated]
         kind = "knee" if "knee" in kinds else "thigh"
         for one in evaluated:
+            shown = drawn_rows(one.estimates_rad)
+            one = replace(one, estimates_rad={row: one.estimates_rad[row] for row in shown})
             thigh = calibrated.get(one.segment.replace("knee", "thigh"))
             if kind_of(one.segment) != kind or thigh is None:
                 continue
@@ -50,13 +51,8 @@ class Strides:
             if len(strides.reference_deg):
                 self._sets.append(strides)
 
-    def tables(self, methods: Sequence[str]) -> list[Table]:
+    def tables(self) -> list[Table]:
         """Summarise all strides.
-
-        Parameters
-        ----------
-        methods : sequence of str
-            Methods that were run.
 
         Returns
         -------
@@ -71,28 +67,29 @@ class Strides:
             title = kind.capitalize()
             tables.append(stride_errors_table(strides, title))
             tables.append(reliability_table(strides, title))
-            tables.append(cycle_table(sets, methods, title))
+            tables.append(cycle_table(sets, self._rows(sets), title))
         return [table for table in tables if table is not None]
 
-    def figures(self, methods: Sequence[str]) -> dict[str, Figure]:
+    def figures(self) -> dict[str, Figure]:
         """Draw mean and standard deviation over the cycle.
-
-        Parameters
-        ----------
-        methods : sequence of str
-            Methods that were run.
 
         Returns
         -------
         dict of str to matplotlib.figure.Figure
             By file name without suffix.
         """
-        shown = [method for method in SHOWN if method in methods] or list(methods)[:1]
         return {
-            f"strides_{kind}": stride_bands(sets, shown, f"{kind}, mean and SD of all strides")
+            f"strides_{kind}": stride_bands(
+                sets,
+                self._rows(sets),
+                f"{kind}, mean and SD of all strides",
+            )
             for kind, sets in self._by_kind().items()
-            if all(any(method in one.estimates_deg for one in sets) for method in shown)
         }
+
+    @staticmethod
+    def _rows(sets: Sequence[StrideSet]) -> list[str]:
+        return drawn_rows(row for one in sets for row in one.estimates_deg)
 
     def _by_kind(self) -> dict[str, list[StrideSet]]:
         by_kind: dict[str, list[StrideSet]] = {}

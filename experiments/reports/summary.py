@@ -62,13 +62,12 @@ def write_report(
         if "report" in network.history:
             figures[f"training_{fold}"] = training_history_figure(network, fold)
     write_json(log.results(gathered.results), directory / "metrics.json")
-    save_figures(figures, directory)
-    for name, figure in figures.items():
-        log.figure(name, figure)
+    for name, path in save_figures(figures, directory).items():
+        log.figure(name, path)
     return text
 
 
-def save_figures(figures: Mapping[str, Figure], directory: Path) -> None:
+def save_figures(figures: Mapping[str, Figure], directory: Path) -> dict[str, Path]:
     """Write figures into the folder ``figures`` of a run.
 
     Parameters
@@ -77,9 +76,17 @@ def save_figures(figures: Mapping[str, Figure], directory: Path) -> None:
         By name, which may contain names from recordings.
     directory : pathlib.Path
         Run directory.
+
+    Returns
+    -------
+    dict of str to pathlib.Path
+        Files, by name.
     """
+    paths = {}
     for name, figure in figures.items():
-        save_figure(figure, directory / "figures" / f"{safe_name(name, 120)}.png")
+        paths[name] = directory / "figures" / f"{safe_name(name, 120)}.png"
+        save_figure(figure, paths[name])
+    return paths
 
 
 def _heading(gathered: Gathered) -> str:

@@ -131,7 +131,7 @@ class ThamReport(Report):
                 tham_wording.about_components(hidden_neurons(rate_rad_s, rate_hz), title)
             )
         sections += tham_wording.against_print(comparison_with_print(results), cfg, simulated)
-        return sections + comparison_sections(cfg, gathered) + self._strides.tables(cfg.methods)
+        return sections + comparison_sections(cfg, gathered) + self._strides.tables()
 
     def _cycle_table(self) -> Table:
         text = published("tham_text").set_index("quantity")["value"].astype(float)
@@ -184,7 +184,7 @@ class ThamReport(Report):
             if any(method in one.estimates_rad for one in knees):
                 figures[f"figure_7_bland_altman_{method}"] = bland_altman(knees, method)
         figures["error_over_time"] = error_over_time(knees)
-        return figures | self._strides.figures(cfg.methods)
+        return figures | self._strides.figures()
 
 
 def _subjects(cfg: DictConfig, results: pd.DataFrame) -> list[dict[str, object]]:

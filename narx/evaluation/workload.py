@@ -16,37 +16,44 @@ class Workload:
     Parameters
     ----------
     methods_s : dict of str to float
-        Time in each method's estimates, s; the next trial is prepared at the same time.
+        CPU time of the calling thread in each method's estimates, s. Wall time would count what
+        else runs meanwhile, such as the preparation of the next trial.
+    n_samples : dict of str to int
+        Samples that each method has estimated.
     training_s : float
         Time in training, data included, s.
     """
 
     methods_s: dict[str, float] = field(default_factory=dict)
+    n_samples: dict[str, int] = field(default_factory=dict)
     training_s: float = 0.0
 
     def __post_init__(self) -> None:
         self._begun = time.perf_counter()
 
     @contextmanager
-    def of_method(self, name: str) -> Iterator[None]:
+    def of_method(self, name: str, n_samples: int) -> Iterator[None]:
         """Count the time of the block as that of a method.
 
         Parameters
         ----------
         name : str
             Name of the method.
+        n_samples : int
+            Samples that it estimates.
 
         Yields
         ------
         None
             Once.
         """
-        begun = time.perf_counter()
+        begun = time.thread_time()
         try:
             yield
         finally:
-            spent = time.perf_counter() - begun
+            spent = time.thread_time() - begun
             self.methods_s[name] = self.methods_s.get(name, 0.0) + spent
+            self.n_samples[name] = self.n_samples.get(name, 0) + n_samples
 
     def report(self) -> dict[str, object]:
         """Summarise for ``timing.json``.
@@ -54,11 +61,17 @@ class Workload:
         Returns
         -------
         dict
-            Seconds in each method, in all of them, in training and in the whole run; peak memory
-            of the process in MiB, None where the system does not report it.
+            Seconds in each method and microseconds per sample (all three axes), seconds in all
+            methods, in training and in the whole run; peak memory of the process in MiB, None where
+            the system does not report it.
         """
         return {
             "methods_s": dict(sorted(self.methods_s.items())),
+            "us_per_sample": {
+                name: 1e6 * self.methods_s[name] / n
+                for name, n in sorted(self.n_samples.items())
+                if n
+            },
             "all_methods_s": sum(self.methods_s.values()),
             "training_s": self.training_s,
             "run_s": time.perf_counter() - self._begun,

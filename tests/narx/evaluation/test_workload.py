@@ -9,18 +9,26 @@ import pytest
 from narx.evaluation.workload import Workload, peak_memory_mib
 
 
+def work(seconds):
+    begun = time.thread_time()
+    while time.thread_time() - begun < seconds:
+        pass
+
+
 def test_time_is_counted_by_method_even_if_it_fails():
     workload = Workload()
-    with workload.of_method("a"):
-        time.sleep(0.02)
-    with pytest.raises(ValueError, match="gives up"), workload.of_method("b"):
+    with workload.of_method("a", 1000):
+        work(0.02)
+    with pytest.raises(ValueError, match="gives up"), workload.of_method("b", 0):
         raise ValueError("gives up")
     first = workload.methods_s["a"]
-    with workload.of_method("a"):
-        time.sleep(0.01)
-    assert workload.methods_s["a"] >= first + 0.01 >= 0.03
+    with workload.of_method("a", 500):
+        work(0.01)
+        time.sleep(0.1)  # not its work
+    assert first + 0.1 > workload.methods_s["a"] >= first + 0.01 >= 0.03
     report = workload.report()
     assert list(report["methods_s"]) == ["a", "b"]
+    assert report["us_per_sample"] == {"a": pytest.approx(workload.methods_s["a"] * 1e6 / 1500)}
     assert report["all_methods_s"] == sum(workload.methods_s.values())
     assert report["run_s"] >= report["all_methods_s"]
 
