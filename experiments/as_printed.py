@@ -232,7 +232,7 @@ def scores(
     results = results_table(found)
     kinds = results["segment"].map(kind_of)
     means = results.groupby(["method", kinds, "axis"])["rmse_deg"].mean().unstack([1, 2])
-    means.columns = [f"{kind}_{axis}_deg" for kind, axis in means.columns]
+    means.columns = ["_".join([*names, "deg"]) for names in means.columns]
     return means
 
 
@@ -256,6 +256,7 @@ def _as_printed(cfg: DictConfig) -> None:
         )
         rates = segment.signals.axis_rates_rad_s[window, SAGITTAL]
         neurons = hidden_neurons(rates, trial.sampling_rate_hz, cfg.power_fraction)
+        assert segment.reference_angles_rad is not None  # walks are simulated
         targets = {
             "filter": teacher.estimate(segment.signals),
             "reference": segment.reference_angles_rad,

@@ -29,11 +29,11 @@ def as_printed_table(results: pd.DataFrame) -> Table:
         "closed_loop_deg": "closed loop, own window",
         **{f"knee_{axis}_deg": f"knee {axis}" for axis in AXES},
     }
-    shown = []
+    shown: list[dict[str, str]] = []
     for variant, draws in results.groupby("variant", sort=False):
         failed = int((draws["closed_loop_deg"] > FAILED_DEG).sum())
         shown.append(
-            {"Variant": variant}
+            {"Variant": str(variant)}
             | {
                 title: _spread(draws[name], 3 if name == "one_step_deg" else 1)
                 for name, title in columns.items()

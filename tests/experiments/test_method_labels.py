@@ -1,4 +1,10 @@
-from narx.experiments.method_labels import method_block, method_colour, method_label, method_order
+from narx.experiments.method_labels import (
+    drawn_rows,
+    method_block,
+    method_colour,
+    method_label,
+    method_order,
+)
 
 NAMES = (
     "narx", "narx_smoothed", "gyro_integration", "pseudo_integrator", "complementary_filter",
@@ -25,12 +31,24 @@ def test_order():
 def test_a_row_says_its_form():
     assert method_label("vqf_heading_zero_chosen") == "VQF, heading 0, chosen"
     assert method_label("vqf_same") == "VQF, heading leak"
-    assert method_label("leaky_integrator_same") == "Leaky integrator"
+    assert method_label("leaky_integrator_same") == "Leaky integrator, tracker"
+    assert method_label("leaky_integrator_start_up_chosen") == "Leaky integrator, start-up, chosen"
+    assert method_label("pseudo_integrator_same") == "PI, start-up"
+    assert method_block("leaky_integrator_start_up") == method_block("narx")
     assert method_label("giof", {"giof"}) == "GIOF, not causal"
     assert method_block("leaky_integrator_same_chosen") == method_block("narx")
     assert method_block("leaky_integrator_chosen") == method_block("narx_axis_by_axis")
     assert method_block("narx") != method_block("vqf")
     assert method_colour("vqf_same_chosen") == method_colour("vqf")
+
+
+def test_a_figure_shows_a_few_rows():
+    few = ["zero", "narx", "mahony"]
+    assert drawn_rows(few) == method_order(few)
+    many = [*few, "vqf", "vqf_same", "leaky_integrator", "leaky_integrator_same", "constant"]
+    assert drawn_rows(many) == ["narx", "leaky_integrator_same", "vqf_same"]
+    assert drawn_rows([*many, "vqf_same_chosen"])[-1] == "vqf_same_chosen"
+    assert drawn_rows("abcdefgh") == list("abcdef")
 
 
 def test_an_unknown_method_keeps_its_colour():
