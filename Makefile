@@ -40,7 +40,7 @@ $(VENV)/.run: pyproject.toml constraints.txt
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.run
-	$(PIP) --editable ".[dev,docs,filters,onnx,sweep]"
+	$(PIP) --editable ".[dev,docs,cluster,filters,onnx,sweep]"
 	touch $@
 
 $(VENV)/.peers: $(VENV)/.run

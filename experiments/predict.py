@@ -3,6 +3,7 @@
 python -m experiments.predict checkpoint=PATH input=walk.csv output=angles.csv
 python -m experiments.predict "input={thigh_right: a.csv, shank_right: b.csv}" output=knee.csv
 python -m experiments.predict "input=recordings/*.csv" output=angles
+python -m experiments.predict data=study data_root=DIR output=angles
 """
 
 from pathlib import Path
@@ -12,15 +13,21 @@ from omegaconf import DictConfig
 from narx.errors import UserError
 from narx.experiments.command import command
 from narx.experiments.predictions.angle_files import check_suffix
-from narx.experiments.predictions.bulk import is_bulk, predict_all
+from narx.experiments.predictions.bulk import is_bulk, jobs_of_files, run_all
+from narx.experiments.predictions.jobs import trial_jobs
 from narx.experiments.predictions.session import predict_files, session_files
 from narx.experiments.predictions.single import predict_file
 
 
 def _predict(cfg: DictConfig) -> None:
     target = Path(str(cfg.output))
+    if (cfg.input is None) == (not cfg.data):
+        raise UserError("input and data: expected one of them, a file or a source of recordings")
+    if cfg.data:
+        run_all(trial_jobs(cfg, target), target, cfg)
+        return
     if not isinstance(cfg.input, DictConfig) and is_bulk(str(cfg.input)):
-        predict_all(cfg, target)
+        run_all(jobs_of_files(cfg, target), target, cfg)
         return
     files = session_files(cfg.input) if isinstance(cfg.input, DictConfig) else None
     sources = list(files.values()) if files else [Path(str(cfg.input))]

@@ -7,14 +7,14 @@ from typing import TypeVar
 
 import pandas as pd
 import pooch
-from hydra.utils import instantiate
+from hydra.utils import get_class, instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from narx.datasets.base import TrialSource
 from narx.datasets.prepared import PreparedSource, TrialStore
 from narx.datasets.splits import TrialPart
 from narx.errors import UserError
-from narx.files import folder_sha256
+from narx.files import files_sha256
 
 T = TypeVar("T")
 
@@ -45,7 +45,7 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
     for name, constructor in _constructors(cfg).items():
         overrides = {}
         if root is not None and "root" in constructor and constructor.root is None:
-            overrides["root"] = str(root / str(name))
+            overrides["root"] = str(_folder(root, name))
         made = instantiate(constructor, _convert_="all", **overrides)
         source = _prepared(cfg, name, constructor, made)
         selection = OmegaConf.to_container(cfg.select) if cfg.get("select") else {}
@@ -60,7 +60,7 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
 def _prepared(
     cfg: DictConfig, name: str, constructor: DictConfig, source: TrialSource
 ) -> TrialSource:
-    if cfg.prepared.limit_gb <= 0:
+    if "prepared" not in cfg or cfg.prepared.limit_gb <= 0:
         return source
     folder = cfg.prepared.folder
     store = TrialStore(
@@ -104,9 +104,17 @@ def _recordings_sha256(cfg: DictConfig, name: str, constructor: DictConfig) -> s
     root = constructor.root
     if root is None:
         parent = pooch.os_cache("narx") if cfg.data_root is None else cfg.data_root
-        root = Path(parent).expanduser() / name
+        root = _folder(Path(parent).expanduser(), name)
     folder = Path(root).expanduser()
-    return folder_sha256(folder) if folder.is_dir() else None
+    if not folder.is_dir():
+        return None
+    source: type[TrialSource] = get_class(constructor["_target_"])
+    return files_sha256(folder, source.files(folder))
+
+
+def _folder(root: Path, name: str) -> Path:
+    """Folder of a source: below the data root, or that itself if it holds the description."""
+    return root if (root / f"{name}.yaml").is_file() else root / name
 
 
 def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:

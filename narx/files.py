@@ -114,13 +114,15 @@ def sha256_of(path: str | os.PathLike[str]) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def folder_sha256(folder: str | os.PathLike[str]) -> str:
-    """Digest names and contents of all files below a folder.
+def files_sha256(folder: str | os.PathLike[str], files: Iterable[Path]) -> str:
+    """Digest names and contents of files below a folder.
 
     Parameters
     ----------
     folder : path-like
-        Folder to read; hidden files are left out.
+        Folder that the names are relative to.
+    files : iterable of pathlib.Path
+        Files to read; what is no file is left out.
 
     Returns
     -------
@@ -129,7 +131,7 @@ def folder_sha256(folder: str | os.PathLike[str]) -> str:
     """
     digest = hashlib.sha256()
     root = Path(folder)
-    for path in sorted(root.rglob("[!.]*")):
+    for path in files:
         if path.is_file():
             status = path.stat()
             content = _sha256_once(path.resolve(), status.st_size, status.st_mtime_ns)

@@ -39,10 +39,13 @@ class Components:
         Class or protocol of their objects.
     beside : tuple of (str, type) pairs
         Plain values.
+    optional : bool
+        Whether there may be no section.
     """
 
     kind: type
     beside: tuple[tuple[str, Any], ...] = ()
+    optional: bool = False
 
 
 def schema_for(schema: type[BaseModel], values: Mapping[str, Any]) -> type[BaseModel]:
@@ -72,7 +75,7 @@ def schema_for(schema: type[BaseModel], values: Mapping[str, Any]) -> type[BaseM
             optional = type(None) in get_args(field.annotation)
             if isinstance(mark, Component) and not (optional and value is None):
                 fields[name] = _component_model(mark, value, name), ...
-            if isinstance(mark, Components):
+            if isinstance(mark, Components) and not (mark.optional and not value):
                 fields[name] = _components_model(mark, value, name), ...
     return create_model(schema.__name__, __base__=schema, **fields) if fields else schema
 

@@ -171,7 +171,10 @@ Columns = Annotated[
 class Predict(Section):
     """As ``configs/predict.yaml``."""
 
-    input: FilePath | dict[Name, FilePath]
+    input: FilePath | dict[Name, FilePath] | None = None
+    data: Annotated[Any, Components(TrialSource, optional=True)] = {}
+    data_root: FilePath | None = None
+    select: Selection = Selection()
     output: FilePath
     columns: Columns | None = None
     device: FilePath | None = None
@@ -188,7 +191,15 @@ class Predict(Section):
     walking_s: Interval | None = None
     format: Literal["csv", "parquet", "sto", "mot"] = "csv"
     jobs: Annotated[int, Field(ge=1, le=1024)] | None = None
+    scheduler: Name | None = None
     smoothing: bool = False
+
+
+class DraftStudy(Section):
+    """As ``configs/draft_study.yaml``."""
+
+    input: FilePath
+    overwrite: bool = False
 
 
 class DemoRecordings(Section):
@@ -310,6 +321,7 @@ SCHEMAS: dict[str, type[Section]] = {
     "export": Export,
     "predict": Predict,
     "demo_recordings": DemoRecordings,
+    "draft_study": DraftStudy,
     "ablation": Ablation,
     "error_budget": ErrorBudget,
     "speed": Speed,

@@ -1,58 +1,23 @@
-"""Many recordings at once: a folder or a pattern, taken up again where it was left."""
+"""Many recordings at once: files of a folder, or trials of a source, resumed where it was left."""
 
-import hashlib
 import json
-import multiprocessing
-import os
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from tqdm import tqdm
 
-from narx.datasets.segment_names import segment_of
 from narx.errors import UserError
-from narx.experiments.predictions.single import predict_file
-from narx.files import atomic_path, remove_temporaries, safe_name, sha256_of
-from narx.recordings.trial import side_of
+from narx.experiments.predictions.jobs import Job, Outcome, file_jobs
+from narx.experiments.predictions.workers import outcomes
+from narx.files import atomic_path, remove_temporaries
+from narx.recordings.input_file import is_bundle
 
 READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip")
 SUMMARY, JOURNAL = "summary.csv", ".finished.jsonl"
-# bytes of a file name, in all common file systems
-_LONGEST_NAME = 255
 # a temporary file this old belongs to no process that is still at work
 _ABANDONED_S = 3600.0
-# options that do not change what is in a file
-_NOT_IN_KEY = ("input", "output", "jobs", "hydra")
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of one file.
-
-    Parameters
-    ----------
-    file : str
-        Input, below the folder that all have in common.
-    status : {"done", "refused"}
-        Whether there are angles.
-    reason : str
-        Why not, or the notes.
-    n_samples, n_angles : int
-        Samples in the output, and those of them with angles.
-    key : str
-        Hash of the input and the options that it was made with.
-    """
-
-    file: str
-    status: str
-    reason: str
-    n_samples: int
-    n_angles: int
-    key: str
 
 
 def is_bulk(value: str) -> bool:
@@ -70,71 +35,31 @@ def is_bulk(value: str) -> bool:
     """
     path = Path(value)
     if path.is_dir():
-        return not any(path.glob("Gyroscope*.csv"))
+        return not is_bundle(path)
     return any(letter in value for letter in "*?[") and not path.exists()
 
 
-def predict_all(cfg: DictConfig, folder: Path) -> None:
-    """Predict every file, and write a table of what became of each.
+def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
+    """Make a job of every recording in a folder or of a pattern.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        As ``configs/predict.yaml``.
+        As ``configs/predict.yaml``, with ``input``.
     folder : pathlib.Path
-        Where the angles go, under the inputs' names, and ``summary.csv``.
+        Folder of the output; what an earlier run wrote there is no recording.
+
+    Returns
+    -------
+    list of Job
+        In the order of the names.
 
     Raises
     ------
     UserError
-        If there is no file; at the end, if some were refused.
+        If there is no file.
     """
-    root, files = _files(str(cfg.input), folder)
-    if folder.exists() and not folder.is_dir():
-        raise UserError(f"output: '{folder}' is a file, expected a folder for many recordings")
-    folder.mkdir(parents=True, exist_ok=True)
-    remove_temporaries(folder, _ABANDONED_S)
-    options = _options_hash(cfg)
-    keys = {file: _key(file, options) for file in files}
-    targets = {file: _target(cfg, folder, root, file) for file in files}
-    earlier = _finished(folder)
-    outcomes: dict[Path, Outcome] = {}
-    for file in files:
-        known = earlier.get(_name(root, file))
-        if (
-            known
-            and known.key == keys[file]
-            and (known.status == "refused" or targets[file].exists())
-        ):
-            outcomes[file] = known
-    missing = [file for file in files if file not in outcomes]
-    if len(missing) < len(files):
-        print(
-            f"{len(files) - len(missing)} of {len(files)} files finished before, left as they are"
-        )
-    jobs = [(cfg, root, file, targets[file], keys[file]) for file in missing]
-    with open(folder / JOURNAL, "a", encoding="utf-8") as journal:
-        progress = tqdm(_run(jobs, _n_workers(cfg, len(jobs))), total=len(jobs), unit="file",
-                        disable=None)  # fmt: skip
-        for file, outcome in progress:
-            outcomes[file] = outcome
-            journal.write(json.dumps(asdict(outcome)) + "\n")
-            journal.flush()
-    table = pd.DataFrame([asdict(outcomes[file]) for file in files])
-    with atomic_path(folder / SUMMARY) as temporary:
-        table.drop(columns="key").to_csv(temporary, index=False)
-    refused = table[table.status == "refused"]
-    print(f"{folder / SUMMARY}: {len(table) - len(refused)} of {len(table)} files with angles")
-    if len(refused):
-        first = refused.iloc[0]
-        raise UserError(
-            f"{len(refused)} of {len(table)} files refused, all others are done; the first: "
-            f"{first.reason} ({folder / SUMMARY})"
-        )
-
-
-def _files(value: str, output: Path) -> tuple[Path, list[Path]]:
-    """Folder in common and the recordings in it; what an earlier run wrote is none."""
+    value = str(cfg.input)
     path = Path(value)
     if path.is_dir():
         root, found = path, path.rglob("*")
@@ -146,49 +71,68 @@ def _files(value: str, output: Path) -> tuple[Path, list[Path]]:
             raise UserError(f"input: '{value}' has '..' behind a wildcard, expected it before")
         root = Path(*parts[:fixed]) if fixed else Path()
         found = root.glob(str(Path(*parts[fixed:])))
+    written = folder.resolve()
     files = sorted(
         file
         for file in found
         if file.suffix.lower() in READABLE
-        and not file.is_dir()
         and not file.name.startswith(".")
-        and output.resolve() not in file.resolve().parents
+        and not file.is_dir()
+        and written not in file.resolve().parents
     )
     if not files:
         raise UserError(f"input: no file in '{value}' that ends in {', '.join(READABLE)}")
-    return root, files
+    return file_jobs(cfg, folder, root, files)
 
 
-def _name(root: Path, file: Path) -> str:
-    return file.relative_to(root).as_posix()
+def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
+    """Predict every recording, and write a table of what became of each.
 
+    Parameters
+    ----------
+    jobs : list of Job
+        What to do.
+    folder : pathlib.Path
+        Where the angles go, and ``summary.csv``.
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``: ``jobs`` and ``scheduler``.
 
-def _target(cfg: DictConfig, folder: Path, root: Path, file: Path) -> Path:
-    # the input's suffix stays in the name: walk.csv and walk.mat are two recordings
-    relative = file.relative_to(root)
-    name, ending = relative.name.replace(".", "_"), f"_angles.{cfg.format}"
-    if len(os.fsencode(name + ending)) > _LONGEST_NAME:
-        name = safe_name(name, _LONGEST_NAME)
-    return folder / relative.with_name(name + ending)
-
-
-def _options_hash(cfg: DictConfig) -> str:
-    options = OmegaConf.to_container(cfg)
-    assert isinstance(options, dict)
-    kept = {str(k): v for k, v in options.items() if k not in _NOT_IN_KEY}
-    for name in ("checkpoint", "device"):
-        if kept.get(name) is not None and Path(str(kept[name])).is_file():
-            kept[name] = sha256_of(str(kept[name]))
-    return json.dumps(kept, sort_keys=True, default=str)
-
-
-def _key(file: Path, options: str) -> str:
-    try:
-        status = file.stat()
-        state = f"{status.st_size}-{status.st_mtime_ns}"
-    except OSError:
-        state = "unreadable"
-    return hashlib.sha256(f"{state}{options}".encode()).hexdigest()[:24]
+    Raises
+    ------
+    UserError
+        If the folder is a file; at the end, if some recordings were refused.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise UserError(f"output: '{folder}' is a file, expected a folder for many recordings")
+    folder.mkdir(parents=True, exist_ok=True)
+    remove_temporaries(folder, _ABANDONED_S)
+    earlier = _finished(folder)
+    done: dict[str, Outcome] = {}
+    for job in jobs:
+        known = earlier.get(job.name)
+        if known and known.key == job.key and (known.status == "refused" or job.target.exists()):
+            done[job.name] = known
+    missing = [job for job in jobs if job.name not in done]
+    if len(missing) < len(jobs):
+        print(f"{len(jobs) - len(missing)} of {len(jobs)} files finished before, left as they are")
+    with open(folder / JOURNAL, "a", encoding="utf-8") as journal:
+        progress = tqdm(outcomes(missing, cfg.jobs, cfg.scheduler), total=len(missing),
+                        unit="file", disable=None)  # fmt: skip
+        for outcome in progress:
+            done[outcome.file] = outcome
+            journal.write(json.dumps(asdict(outcome)) + "\n")
+            journal.flush()
+    table = pd.DataFrame([asdict(done[job.name]) for job in jobs])
+    with atomic_path(folder / SUMMARY) as temporary:
+        table.drop(columns="key").to_csv(temporary, index=False)
+    refused = table[table.status == "refused"]
+    print(f"{folder / SUMMARY}: {len(table) - len(refused)} of {len(table)} files with angles")
+    if len(refused):
+        first = refused.iloc[0]
+        raise UserError(
+            f"{len(refused)} of {len(table)} files refused, all others are done; the first: "
+            f"{first.reason} ({folder / SUMMARY})"
+        )
 
 
 def _finished(folder: Path) -> dict[str, Outcome]:
@@ -203,42 +147,3 @@ def _finished(folder: Path) -> dict[str, Outcome]:
                 continue
             found[outcome.file] = outcome
     return found
-
-
-def _n_workers(cfg: DictConfig, n_jobs: int) -> int:
-    # a worker's start takes as long as a dozen files
-    wanted = cfg.jobs or (os.cpu_count() or 1 if n_jobs >= 50 else 1)
-    return max(1, min(int(wanted), n_jobs))
-
-
-Job = tuple[DictConfig, Path, Path, Path, str]
-
-
-def _run(jobs: Iterable[Job], n_workers: int) -> Iterator[tuple[Path, Outcome]]:
-    if n_workers == 1:
-        for job in jobs:
-            yield _one(job)
-        return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(n_workers, mp_context=context, initializer=_alone) as pool:
-        for finished in as_completed([pool.submit(_one, job) for job in jobs]):
-            yield finished.result()
-
-
-def _alone() -> None:
-    """Let a worker use one core: there are as many workers as cores."""
-    import torch
-
-    torch.set_num_threads(1)
-
-
-def _one(job: Job) -> tuple[Path, Outcome]:
-    cfg, root, file, target, key = job
-    name = _name(root, file)
-    side = side_of(segment_of(file.stem)) or cfg.side
-    try:
-        prediction, n_angles = predict_file(cfg, file, target, side)
-    except UserError as error:
-        return file, Outcome(name, "refused", str(error), 0, 0, key)
-    notes = "; ".join(prediction.notes)
-    return file, Outcome(name, "done", notes, len(prediction.time_s), n_angles, key)

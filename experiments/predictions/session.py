@@ -1,6 +1,7 @@
 """Several sensors of one session: from their files to angles, strides and a figure."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,8 @@ from narx.experiments.predictions.angle_files import check_suffix, write_angles
 from narx.experiments.predictions.options import interval_s, layout_of
 from narx.experiments.predictions.session_tables import angle_table, cycle_table, stride_table
 from narx.inference.pretrained import load_or_pretrained
-from narx.inference.session import SessionPrediction, predict_session
+from narx.inference.session import SessionPrediction, SessionStart, predict_session
+from narx.recordings.trial import Trial
 
 
 def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> None:
@@ -36,42 +38,93 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> N
         If an option or a recording is wrong.
     """
     check_suffix(target)
-    session = _predicted(cfg, files)
-    write_angles(angle_table(session), target)
-    beside = {part: target.with_name(f"{target.stem}_{part}") for part in ("strides", "cycle")}
-    strides, cycles = stride_table(session), cycle_table(session)
+    layout = layout_of(cfg)
+    session = predict_session(
+        {segment: read_recording(path, segment, layout) for segment, path in files.items()},
+        load_or_pretrained(cfg.checkpoint).method(cfg.smoothing),
+        calibration=cfg.calibration,
+        start_pose=cfg.start_pose,
+        still_s=_stands(cfg),
+        walking_s=interval_s(cfg.walking_s, "walking_s"),
+        align=cfg.align,
+        where=", ".join(str(path) for path in files.values()),
+    )
     print(*session.notes, sep="\n")
+    n_angles = _write(session, target)
     joints = [name for name in session.angles_rad if name not in files]
-    n_angles = int(np.isfinite(session.angles_rad[[*files, *joints][-1]]).all(axis=1).sum())
     print(f"{target}: {', '.join([*files, *joints])}, {n_angles} samples with angles")
-    if len(cycles):
-        write_angles(strides, beside["strides"].with_suffix(".csv"))
-        write_angles(cycles, beside["cycle"].with_suffix(".csv"))
-        figure = beside["cycle"].with_suffix(".png")
-        save_figure(cycle_figure(cycles, target.stem), figure)
-        print(f"{figure}: {_summary(session)}")
+    summary = _summary(session)
+    if summary:
+        print(f"{_beside(target, 'cycle', '.png')}: {summary}")
     else:
         print("no strides found, so none are cut")
 
 
-def _predicted(cfg: DictConfig, files: Mapping[str, Path]) -> SessionPrediction:
-    layout = layout_of(cfg)
+def predict_trial(cfg: DictConfig, trial: Trial, target: Path) -> tuple[SessionPrediction, int]:
+    """Predict a trial of a source and write everything about it.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``; its options take precedence over the trial's.
+    trial : Trial
+        As read.
+    target : pathlib.Path
+        As for `predict_files`.
+
+    Returns
+    -------
+    session : SessionPrediction
+        What was written; its notes begin with the trial's.
+    n_angles : int
+        Samples with angles.
+
+    Raises
+    ------
+    UserError
+        If an option or a recording is wrong.
+    """
+    start: SessionStart = cfg.start_pose
+    if start == "auto" and not trial.starts_in_calibration_posture:
+        start = "unknown"
+    session = predict_session(
+        trial.imus,
+        load_or_pretrained(cfg.checkpoint).method(cfg.smoothing),
+        calibration=cfg.calibration,
+        parts=trial.calibration,
+        start_pose=start,
+        still_s=_stands(cfg) or trial.still_s or None,
+        walking_s=interval_s(cfg.walking_s, "walking_s") or trial.walking_s,
+        align="stamps",
+        where=trial.name,
+    )
+    session = replace(session, notes=(*trial.notes, *session.notes))
+    return session, _write(session, target)
+
+
+def _write(session: SessionPrediction, target: Path) -> int:
+    """Write angles, strides, gait cycle and figure; return the number of samples with angles."""
+    write_angles(angle_table(session), target)
+    cycles = cycle_table(session)
+    if len(cycles):
+        write_angles(stride_table(session), _beside(target, "strides", ".csv"))
+        write_angles(cycles, _beside(target, "cycle", ".csv"))
+        save_figure(cycle_figure(cycles, target.stem), _beside(target, "cycle", ".png"))
+    last = list(session.angles_rad)[-1]
+    return int(np.isfinite(session.angles_rad[last]).all(axis=1).sum())
+
+
+def _beside(target: Path, part: str, suffix: str) -> Path:
+    return target.with_name(f"{target.stem}_{part}{suffix}")
+
+
+def _stands(cfg: DictConfig) -> list[tuple[float, float]] | None:
     still = cfg.still_s
     if isinstance(still, ListConfig) and still and isinstance(still[0], ListConfig):
         intervals = [interval_s(one, "still_s") for one in still]
     else:
         intervals = [interval_s(still, "still_s")]
-    known = [one for one in intervals if one is not None]
-    return predict_session(
-        {segment: read_recording(path, segment, layout) for segment, path in files.items()},
-        load_or_pretrained(cfg.checkpoint).method(cfg.smoothing),
-        calibration=cfg.calibration,
-        start_pose=cfg.start_pose,
-        still_s=known or None,
-        walking_s=interval_s(cfg.walking_s, "walking_s"),
-        align=cfg.align,
-        where=", ".join(str(path) for path in files.values()),
-    )
+    return [one for one in intervals if one is not None] or None
 
 
 def _summary(session: SessionPrediction) -> str:

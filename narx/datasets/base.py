@@ -3,6 +3,7 @@
 import copy
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import ClassVar
 
 import pandas as pd
@@ -33,6 +34,22 @@ class TrialSource(ABC):
     @abstractmethod
     def _load(self, subject: str, condition: str, trial: str) -> Trial:
         """Read one trial that is in the index."""
+
+    @classmethod
+    def files(cls, root: Path) -> list[Path]:
+        """List what the trials may be read from.
+
+        Parameters
+        ----------
+        root : pathlib.Path
+            The source's folder.
+
+        Returns
+        -------
+        list of pathlib.Path
+            Everything below it but hidden files, sorted.
+        """
+        return sorted(root.rglob("[!.]*"))
 
     def index(self) -> pd.DataFrame:
         """List the selected trials.

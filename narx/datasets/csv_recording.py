@@ -24,9 +24,10 @@ import pandas as pd
 from narx.datasets.array_table import read_mat_table, read_parquet
 from narx.datasets.bundle import read_bundle
 from narx.datasets.layout import AXES, Layout
-from narx.datasets.table_recording import recording_from
+from narx.datasets.table_recording import Table, recording_from
 from narx.datasets.text_dialect import read_table
 from narx.files import atomic_path
+from narx.recordings.input_file import is_bundle
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
@@ -60,21 +61,33 @@ def read_recording(
         message is one line with file and place.
     """
     file = Path(path)
-    suffix = file.suffix.lower()
-    if suffix == ".zip" or _is_bundle(file):
+    if file.suffix.lower() == ".zip" or is_bundle(file):
         return read_bundle(file, segment)
+    return recording_from(open_table(file), layout, segment)
+
+
+def open_table(file: Path) -> Table:
+    """Open a file of named columns.
+
+    Parameters
+    ----------
+    file : pathlib.Path
+        Text, Parquet or MATLAB 5, by its suffix.
+
+    Returns
+    -------
+    Table
+        Its columns.
+
+    Raises
+    ------
+    RecordingError
+        If it is damaged.
+    """
+    suffix = file.suffix.lower()
     if suffix in (".parquet", ".pq"):
-        return recording_from(read_parquet(file), layout, segment)
-    if suffix == ".mat":
-        return recording_from(read_mat_table(file), layout, segment)
-    return recording_from(read_table(file), layout, segment)
-
-
-def _is_bundle(file: Path) -> bool:
-    try:
-        return file.is_dir() and any(file.glob("Gyroscope*.csv"))
-    except (OSError, ValueError):
-        return False
+        return read_parquet(file)
+    return read_mat_table(file) if suffix == ".mat" else read_table(file)
 
 
 def write_recording(path: str | os.PathLike[str], recording: ImuRecording) -> None:

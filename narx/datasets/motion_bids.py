@@ -13,24 +13,20 @@ from typing import ClassVar
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from narx.datasets.base import TrialSource
 from narx.datasets.bids_files import entities_of, raw_motion_files, start_offsets_s
 from narx.datasets.bids_system import QUATERNION, VECTOR, TrackingSystem
 from narx.datasets.segment_names import segment_of
-from narx.datasets.tracked_sensor import AlignedSensors, RawSensor, align_sensors, on_clock
+from narx.datasets.synchronised import Tracked, synchronised
 from narx.errors import RecordingError, UserError
 from narx.files import safe_name, sha256_of
 from narx.recordings.plausibility import admit
-from narx.recordings.resampling import uniform_clock
 from narx.recordings.rest import first_rest_s
 from narx.recordings.stamps import checked_rate_hz
-from narx.recordings.trial import ImuRecording, ReferenceOrientation, Trial
+from narx.recordings.trial import ImuRecording, Trial
 from narx.settings import FilePath, Name, SamplingRate, checked
-from narx.types import FloatArray
 
-_MAX_TILT_RAD = np.radians(15.0)
 _MIN_REST_S = 0.5
 
 
@@ -101,9 +97,9 @@ class MotionBids(TrialSource):
 
     def _inertial(
         self, systems: list[TrackingSystem], notes: list[str]
-    ) -> tuple[dict[str, tuple[FloatArray, FloatArray]], float | None]:
-        """Gyroscope and accelerometer by segment, and the rate of the first system with one."""
-        inertial: dict[str, tuple[FloatArray, FloatArray]] = {}
+    ) -> tuple[dict[str, ImuRecording], float | None]:
+        """Sensors by segment, and the rate of the first system with one."""
+        inertial: dict[str, ImuRecording] = {}
         native_hz = None
         for system in systems:
             for point, segment in self._segments_of(system.points("GYRO")).items():
@@ -125,18 +121,15 @@ class MotionBids(TrialSource):
                     where,
                 )
                 notes += [f"{where}: {note}" for note in sensor.notes]
-                inertial[segment] = (
-                    np.column_stack([sensor.time_s, sensor.gyroscope_rad_s]),
-                    np.column_stack([sensor.time_s, sensor.accelerometer_m_s2]),
-                )
+                inertial[segment] = sensor
                 native_hz = native_hz or system.rate_hz
         return inertial, native_hz
 
     def _optical(
         self, systems: list[TrackingSystem], wanted: Mapping[str, object], notes: list[str]
-    ) -> dict[str, tuple[FloatArray, FloatArray]]:
+    ) -> dict[str, Tracked]:
         """Times and orientations of the segments that have a sensor."""
-        optical: dict[str, tuple[FloatArray, FloatArray]] = {}
+        optical: dict[str, Tracked] = {}
         for system in systems:
             for point, segment in self._segments_of(system.points("ORNT")).items():
                 table = system.table(point, "ORNT", QUATERNION)
@@ -157,23 +150,8 @@ class MotionBids(TrialSource):
             raise RecordingError(f"{files[0]}: no channel of type GYRO")
         optical = self._optical(systems, inertial, notes)
         rate_hz = self._sampling_rate_hz or native_hz
-        gap_s = 2.5 / native_hz
-        imus: dict[str, ImuRecording]
-        reference: dict[str, ReferenceOrientation] = {}
-        offsets: dict[str, float] = {}
-        if inertial.keys() <= optical.keys():
-            aligned = _aligned(files[0], inertial, optical, rate_hz, gap_s)
-            imus, reference = aligned.imus, aligned.reference
-            offsets = aligned.clock_offset_s
-            notes += aligned.notes
-            _check_upright(files[0], imus, reference)
-        else:
-            tables = [table for pair in inertial.values() for table in pair]
-            clock = uniform_clock(
-                max(table[0, 0] for table in tables), min(t[-1, 0] for t in tables), rate_hz
-            )
-            imus = {s: on_clock(s, *pair, clock, max_gap_s=gap_s) for s, pair in inertial.items()}
-            notes.append("no reference: not every sensor's tracked point has an orientation (ORNT)")
+        aligned = synchronised(inertial, optical, rate_hz, str(files[0]))
+        imus = aligned.imus
         rest_s = first_rest_s([imu.gyroscope_rad_s for imu in imus.values()], rate_hz)
         rested = rest_s >= _MIN_REST_S
         start_s = float(next(iter(imus.values())).time_s[0])
@@ -184,11 +162,15 @@ class MotionBids(TrialSource):
             trial=trial,
             sampling_rate_hz=rate_hz,
             imus=imus,
-            reference=reference,
+            reference=aligned.reference,
             still_s=((start_s, start_s + rest_s),) if rested else (),
             starts_in_calibration_posture=rested,
-            clock_offset_s=offsets,
-            notes=(*notes, "a rest at the start is taken for the calibration posture"),
+            clock_offset_s=aligned.clock_offset_s,
+            notes=(
+                *notes,
+                *aligned.notes,
+                "a rest at the start is taken for the calibration posture",
+            ),
             sources={system.path.name: sha256_of(system.path) for system in systems},
         )
 
@@ -201,45 +183,3 @@ def _opened(files: list[Path], root: Path) -> tuple[list[TrackingSystem], list[s
     late = {path.name: begin for path, begin in begins_s.items() if begin}
     notes += [f"{name} begins {begin:g} s later, by acq_time" for name, begin in late.items()]
     return systems, notes
-
-
-def _aligned(
-    path: Path,
-    inertial: Mapping[str, tuple[FloatArray, FloatArray]],
-    optical: Mapping[str, tuple[FloatArray, FloatArray]],
-    rate_hz: float,
-    max_gap_s: float,
-) -> AlignedSensors:
-    frames = [optical[segment][0] for segment in inertial]
-    sensors = {
-        segment: RawSensor(gyroscope, accelerometer, np.zeros(3), *optical[segment])
-        for segment, (gyroscope, accelerometer) in inertial.items()
-    }
-    max_optical_gap_s = max(2.5 * float(np.median(np.diff(time))) for time in frames)
-    try:
-        return align_sensors(
-            sensors, rate_hz, max_gap_s=max_gap_s, max_optical_gap_s=max_optical_gap_s
-        )
-    except RecordingError as error:
-        raise RecordingError(f"{path}: {error}") from error
-
-
-def _check_upright(
-    path: Path,
-    imus: Mapping[str, ImuRecording],
-    reference: Mapping[str, ReferenceOrientation],
-) -> None:
-    """Refuse a reference whose global z axis is not up, according to the mean specific force."""
-    for segment, one in reference.items():
-        force = imus[segment].accelerometer_m_s2
-        valid = np.isfinite(one.quaternion_wxyz).all(axis=1) & np.isfinite(force).all(axis=1)
-        if not valid.any():
-            continue
-        rotation = Rotation.from_quat(one.quaternion_wxyz[valid], scalar_first=True)
-        mean = rotation.apply(force[valid]).mean(axis=0)
-        tilt = np.arccos(np.clip(mean[2] / np.linalg.norm(mean), -1.0, 1.0))
-        if tilt > _MAX_TILT_RAD:
-            raise RecordingError(
-                f"{path}: the orientation of '{segment}' puts gravity {np.degrees(tilt):.0f} deg "
-                "from z; expected a global frame with z up"
-            )

@@ -11,6 +11,14 @@ _PARTS = {
     "foot": ("foot",),
 }
 _SIDES = {"left": ("left", "l"), "right": ("right", "r")}
+_PART = "|".join(spelling for known in _PARTS.values() for spelling in known)
+_SIDE = "|".join(spelling for known in _SIDES.values() for spelling in known)
+# a body part, with the side after it or else before it, as it occurs within a file name
+_SIDE_AFTER = rf"[ _.-]?(?:{_SIDE})(?![a-z])"
+SEGMENT_PATTERN = (
+    rf"(?:(?<![a-z0-9])(?:{_SIDE})[ _.-]?(?:{_PART})(?!{_SIDE_AFTER})"
+    rf"|(?:{_PART})(?:{_SIDE_AFTER})?)"
+)
 
 
 def segment_of(name: str) -> str:

@@ -49,6 +49,25 @@ def regular_file(path: str | os.PathLike[str]) -> Path:
     return file
 
 
+def is_bundle(path: Path) -> bool:
+    """Tell whether a folder is one recording of a phone app, with a file per sensor.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Any path.
+
+    Returns
+    -------
+    bool
+        True for a folder with the gyroscope's file.
+    """
+    try:
+        return path.is_dir() and any(path.glob("Gyroscope*.csv"))
+    except (OSError, ValueError):
+        return False
+
+
 def _kind(mode: int) -> str:
     if stat.S_ISDIR(mode):
         return "a folder"

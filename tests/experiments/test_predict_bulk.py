@@ -115,3 +115,35 @@ def test_mistakes_are_one_line(run_command, folder, overrides, message):
     assert status == 2
     assert message in err
     assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # of the cluster's own threads and sockets
+def test_a_dask_cluster_gives_the_same_files(run_command, folder):
+    distributed = pytest.importorskip("distributed")
+    run_command("predict", "input=in", "output=out")
+    expected, summary = _written(folder), (folder / "out/summary.csv").read_bytes()
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
+        status, _, err, _ = run_command(
+            "predict", "input=in", "output=two/out", f"scheduler={cluster.scheduler_address}"
+        )
+    assert status == 2
+    assert "1 of 4 files refused" in err
+    found = {p.relative_to(folder / "two").as_posix(): p.read_bytes()
+             for p in (folder / "two").rglob("*_angles.csv")}  # fmt: skip
+    assert found == expected
+    assert (folder / "two/out/summary.csv").read_bytes() == summary
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_scheduler_that_is_not_there_is_one_line(run_command, folder, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("narx.experiments.predictions.workers._CONNECT_S", 1)
+    status, _, err, _ = run_command(
+        "predict", "input=in", "output=out", "scheduler=tcp://127.0.0.1:9"
+    )
+    assert status == 2
+    assert "scheduler: no Dask scheduler at 'tcp://127.0.0.1:9'" in err
+    assert len(err.strip().splitlines()) == 1

@@ -8,7 +8,8 @@ from narx.errors import UserError
 from narx.experiments.configuration.schemas import SCHEMAS
 from narx.experiments.overrides import readable
 
-REQUIRED = {"export": ["output=a.pt"], "predict": ["input=a.csv", "output=b.csv"]}
+REQUIRED = {"export": ["output=a.pt"], "predict": ["output=b.csv"],
+            "draft_study": ["input=a"]}  # fmt: skip
 
 
 @pytest.mark.parametrize("command", SCHEMAS)

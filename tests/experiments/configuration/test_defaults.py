@@ -66,7 +66,7 @@ def test_a_section_has_the_constructors_defaults(name, section):
 
 @pytest.mark.parametrize("command", SCHEMAS)
 def test_a_command_has_the_schemas_defaults_and_keys(compose_checked, command):
-    required = {"export": ["output=a.pt"], "predict": ["input=a.csv", "output=b.csv"]}
+    required = {"export": ["output=a.pt"], "predict": ["output=b.csv"], "draft_study": ["input=a"]}
     cfg = compose_checked(command, *required.get(command, []))
     _compare(SCHEMAS[command], cfg, command)
 

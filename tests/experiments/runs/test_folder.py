@@ -12,7 +12,7 @@ from omegaconf import OmegaConf
 from narx.errors import UserError
 from narx.experiments.runs import folder as folders
 from narx.experiments.runs.folder import claimed, read_record
-from narx.files import folder_sha256
+from narx.files import files_sha256
 
 CFG = OmegaConf.create({"seed": 0, "model": {"hidden": 3}, "data_root": "/a"})
 
@@ -120,9 +120,13 @@ def test_a_record_that_was_tampered_with_is_named(tmp_path):
 
 def test_the_digest_of_a_folder_sees_names_and_contents(tmp_path):
     (tmp_path / "a.txt").write_text("1")
-    first = folder_sha256(tmp_path)
-    assert folder_sha256(tmp_path) == first
+
+    def digest():
+        return files_sha256(tmp_path, sorted(tmp_path.iterdir()))
+
+    first = digest()
+    assert digest() == first
     (tmp_path / "a.txt").rename(tmp_path / "b.txt")
-    second = folder_sha256(tmp_path)
+    second = digest()
     (tmp_path / "b.txt").write_text("22")
-    assert len({first, second, folder_sha256(tmp_path)}) == 3
+    assert len({first, second, digest()}) == 3

@@ -1,0 +1,227 @@
+"""One recording of many: what is read, what is written, and what became of it."""
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from omegaconf import DictConfig, OmegaConf
+
+from narx.datasets.base import TrialSource
+from narx.datasets.segment_names import segment_of
+from narx.errors import UserError
+from narx.experiments.predictions.session import predict_trial
+from narx.experiments.predictions.single import predict_file
+from narx.experiments.sources import combined_index, data_sha256, open_sources
+from narx.files import safe_name, sha256_of
+from narx.recordings.trial import side_of
+
+# bytes of a file name, in all common file systems
+_LONGEST_NAME = 255
+# options that do not change what is in a file
+_NOT_IN_KEY = ("input", "output", "jobs", "scheduler", "hydra")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one recording.
+
+    Parameters
+    ----------
+    file : str
+        Input, below the folder that all have in common, or source, subject, condition and trial.
+    status : {"done", "refused"}
+        Whether there are angles.
+    reason : str
+        Why not, or the notes.
+    n_samples, n_angles : int
+        Samples in the output, and those of them with angles.
+    key : str
+        Hash of the input and the options that it was made with.
+    """
+
+    file: str
+    status: str
+    reason: str
+    n_samples: int
+    n_angles: int
+    key: str
+
+
+@dataclass(frozen=True)
+class Job:
+    """A recording to predict; small, as it is sent to another process.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``.
+    name : str
+        As `Outcome.file`.
+    target : pathlib.Path
+        File for the angles.
+    key : str
+        Hash of the input and the options.
+    """
+
+    cfg: DictConfig
+    name: str
+    target: Path
+    key: str
+
+    def run(self) -> Outcome:
+        """Predict, and write the angles.
+
+        Returns
+        -------
+        Outcome
+            Refused if the recording is wrong.
+        """
+        try:
+            notes, n_samples, n_angles = self._predicted()
+        except UserError as error:
+            return Outcome(self.name, "refused", str(error), 0, 0, self.key)
+        return Outcome(self.name, "done", "; ".join(notes), n_samples, n_angles, self.key)
+
+    def _predicted(self) -> tuple[tuple[str, ...], int, int]:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class FileJob(Job):
+    """A file with one sensor.
+
+    Parameters
+    ----------
+    cfg, name, target, key
+        As of `Job`.
+    file : pathlib.Path
+        The recording; the side may be in its name.
+    """
+
+    file: Path
+
+    def _predicted(self) -> tuple[tuple[str, ...], int, int]:
+        side = side_of(segment_of(self.file.stem)) or self.cfg.side
+        prediction, n_angles = predict_file(self.cfg, self.file, self.target, side)
+        return prediction.notes, len(prediction.time_s), n_angles
+
+
+@dataclass(frozen=True)
+class TrialJob(Job):
+    """A trial of a source (``data=``), with all its sensors.
+
+    Parameters
+    ----------
+    cfg, name, target, key
+        As of `Job`.
+    trial : tuple of str
+        Source, subject, condition, trial.
+    """
+
+    trial: tuple[str, str, str, str]
+
+    def _predicted(self) -> tuple[tuple[str, ...], int, int]:
+        source, *names = self.trial
+        trial = _sources(OmegaConf.to_yaml(self.cfg))[source].load(*names)
+        session, n_angles = predict_trial(self.cfg, trial, self.target)
+        return session.notes, len(session.time_s), n_angles
+
+
+@lru_cache(maxsize=1)
+def _sources(configuration: str) -> dict[str, TrialSource]:
+    """Open the sources once in each process."""
+    cfg = OmegaConf.create(configuration)
+    assert isinstance(cfg, DictConfig)
+    return open_sources(cfg)
+
+
+def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> list[Job]:
+    """Make a job of every file.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``.
+    folder, root : pathlib.Path
+        Folder of the output, and folder that the files have in common.
+    files : list of pathlib.Path
+        The recordings.
+
+    Returns
+    -------
+    list of Job
+        In the order of the files.
+    """
+    options = _options(cfg)
+    jobs: list[Job] = []
+    for file in files:
+        relative = file.relative_to(root)
+        target = folder / relative.with_name(_name_of_angles(relative.name, cfg.format))
+        jobs.append(FileJob(cfg, relative.as_posix(), target, _key(_state(file), options), file))
+    return jobs
+
+
+def _name_of_angles(file: str, ending: str) -> str:
+    # the input's suffix stays in the name: walk.csv and walk.mat are two recordings
+    name, ending = file.replace(".", "_"), f"_angles.{ending}"
+    if len(os.fsencode(name + ending)) > _LONGEST_NAME:
+        name = safe_name(name, _LONGEST_NAME)
+    return name + ending
+
+
+def trial_jobs(cfg: DictConfig, folder: Path) -> list[Job]:
+    """Make a job of every trial of the sources.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``, with ``data``.
+    folder : pathlib.Path
+        Folder of the output.
+
+    Returns
+    -------
+    list of Job
+        In the order of the index.
+
+    Raises
+    ------
+    UserError
+        If the recordings are not found.
+    """
+    sources = _sources(OmegaConf.to_yaml(cfg))
+    digests = data_sha256(cfg)
+    options = _options(cfg)
+    jobs: list[Job] = []
+    for row in combined_index(sources).itertuples(index=False):
+        names = str(row.source), str(row.subject), str(row.condition), str(row.trial)
+        path = Path(*(safe_name(part) for part in names[:-1]), f"{safe_name(names[-1])}_angles")
+        target = folder / path.with_suffix(f".{cfg.format}")
+        key = _key(f"{digests.get(names[0])}{names}", options)
+        jobs.append(TrialJob(cfg, "/".join(names), target, key, names))
+    return jobs
+
+
+def _key(state: str, options: str) -> str:
+    return hashlib.sha256(f"{state}{options}".encode()).hexdigest()[:24]
+
+
+def _options(cfg: DictConfig) -> str:
+    options = OmegaConf.to_container(cfg)
+    assert isinstance(options, dict)
+    kept = {str(k): v for k, v in options.items() if k not in _NOT_IN_KEY}
+    for name in ("checkpoint", "device"):
+        if kept.get(name) is not None and Path(str(kept[name])).is_file():
+            kept[name] = sha256_of(str(kept[name]))
+    return json.dumps(kept, sort_keys=True, default=str)
+
+
+def _state(file: Path) -> str:
+    try:
+        status = file.stat()
+    except OSError:
+        return "unreadable"
+    return f"{status.st_size}-{status.st_mtime_ns}"

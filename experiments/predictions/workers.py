@@ -1,0 +1,97 @@
+"""Where jobs run: in this process, in processes of this machine, or on a Dask cluster."""
+
+import multiprocessing
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+
+from narx.errors import UserError
+from narx.experiments.predictions.jobs import Job, Outcome
+
+# a worker's start takes as long as a dozen files
+_ENOUGH_FOR_PROCESSES = 50
+_CONNECT_S = 10
+
+
+def outcomes(
+    jobs: Sequence[Job], n_workers: int | None, scheduler: str | None
+) -> Iterator[Outcome]:
+    """Run jobs, and yield what became of each as it ends.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to do.
+    n_workers : int, optional
+        Processes of this machine; None takes one, or one per core for 50 jobs and more.
+    scheduler : str, optional
+        Address of a Dask scheduler, such as ``tcp://host:8786``, whose workers see the same files.
+
+    Yields
+    ------
+    Outcome
+        In the order of completion.
+
+    Raises
+    ------
+    UserError
+        If the scheduler cannot be reached, or Dask is not installed.
+    """
+    if scheduler is not None:
+        yield from _on_cluster(jobs, scheduler)
+        return
+    wanted = n_workers or (os.cpu_count() or 1 if len(jobs) >= _ENOUGH_FOR_PROCESSES else 1)
+    if min(wanted, len(jobs)) <= 1:
+        for job in jobs:
+            yield job.run()
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(
+        min(wanted, len(jobs)), mp_context=context, initializer=_on_one_core
+    ) as pool:
+        for finished in as_completed([pool.submit(_run, job) for job in jobs]):
+            yield finished.result()
+
+
+def _on_cluster(jobs: Sequence[Job], scheduler: str) -> Iterator[Outcome]:
+    try:
+        import distributed
+    except ImportError:
+        raise UserError(
+            f"scheduler is '{scheduler}', which needs Dask: pip install 'narx-orientation[cluster]'"
+        ) from None
+    try:
+        client = distributed.Client(scheduler, timeout=_CONNECT_S)
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())[:160]
+        raise UserError(f"scheduler: no Dask scheduler at '{scheduler}' ({reason})") from None
+    with client:
+        # pure=False: the same job after a change of its input is another one
+        futures = client.map(_run_in_folder, jobs, folder=os.getcwd(), pure=False)
+        try:
+            for finished in distributed.as_completed(futures):
+                yield finished.result()
+        except distributed.KilledWorker as error:
+            reason = " ".join(str(error).split())[:160]
+            raise UserError(
+                f"scheduler: '{scheduler}' lost its workers ({reason}); the same command goes on "
+                "with the recordings that are not finished"
+            ) from None
+
+
+def _run(job: Job) -> Outcome:
+    return job.run()
+
+
+def _run_in_folder(job: Job, folder: str) -> Outcome:
+    """Run with the same relative paths, and so the same messages, as on the client."""
+    os.chdir(folder)
+    _on_one_core()
+    return job.run()
+
+
+def _on_one_core() -> None:
+    """There are as many workers as cores."""
+    import torch
+
+    torch.set_num_threads(1)
