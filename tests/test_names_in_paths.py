@@ -96,8 +96,8 @@ def test_angles_of_many_files_stay_below_the_output(tmp_path_factory, name, fold
     (root / folder).mkdir(parents=True, exist_ok=True)
     (root / folder / name).touch()
     out = root / "out"
-    found_root, (file,) = bulk._files(str(root), out)
-    target = bulk._target(OmegaConf.create({"format": "csv"}), out, found_root, file)
+    (job,) = bulk.jobs_of_files(OmegaConf.create({"input": str(root), "format": "csv"}), out)
+    target = job.target
     target.parent.mkdir(parents=True)
     target.touch()
     assert out in target.resolve().parents
@@ -105,4 +105,7 @@ def test_angles_of_many_files_stay_below_the_output(tmp_path_factory, name, fold
 
 def test_a_pattern_that_climbs_is_refused(tmp_path):
     with pytest.raises(UserError, match=r"has '\.\.' behind a wildcard"):
-        bulk._files(str(tmp_path / "*" / ".." / ".." / "x.csv"), tmp_path / "out")
+        bulk.jobs_of_files(
+            OmegaConf.create({"input": str(tmp_path / "*" / ".." / ".." / "x.csv")}),
+            tmp_path / "out",
+        )
