@@ -18,7 +18,7 @@ def part(subject):
 def test_the_candidate_that_does_best_on_trials_left_out_is_chosen(monkeypatch):
     seen = []
 
-    def train(cfg, sources, fold, log):
+    def train(cfg, sources, fold, log, progress_folder):
         seen.append((cfg.model.hidden, {p.subject for p in (*fold.training, *fold.validation)}))
         assert not set(fold.training) & set(fold.validation)
         error = {1: 2.0, 3: 1.0, 6: 1.5}[cfg.model.hidden]
