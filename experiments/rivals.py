@@ -1,6 +1,7 @@
 """The methods beside the network: every form of each, default and chosen."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,9 @@ from narx.evaluation.trial import Refusal
 from narx.experiments.choosing import Prepare, TrainingPart, choose_parameters
 from narx.experiments.forms import CHOSEN, forms_of, grid_of
 from narx.experiments.gathered import Gathered
+from narx.experiments.networks import trainer
 from narx.method import OrientationMethod
+from narx.training.trial_reader import Stretch
 
 # one network, run forwards alone or backwards as well, and another one trained as printed
 NETWORK_METHODS = frozenset({"narx", "narx_smoothed", "narx_axis_by_axis"})
@@ -56,9 +59,15 @@ class Rivals:
         Returns
         -------
         dict of str to OrientationMethod
-            By row.
+            By row, trained if they learn.
+
+        Raises
+        ------
+        UserError
+            If a method learns and there is nothing to train on.
         """
         methods = {row: _made(settings) for row, settings in self.settings.items()}
+        self._fit({row: method for row, method in methods.items() if method.learns}, fold, prepare)
         if not (self.cfg.choose and self.grids and fold.training):
             return methods
         objective = self.cfg.model.objective
@@ -87,6 +96,28 @@ class Rivals:
             self.gathered.chosen[fold.name, name] = chosen
         return methods
 
+    def _fit(self, methods: Mapping[str, OrientationMethod], fold: Fold, prepare: Prepare) -> None:
+        """Train what learns as the network is trained: same parts, same teacher, same seed."""
+        if not methods:
+            return
+        parts = (*fold.training, *fold.validation)
+        if not parts:
+            raise UserError(
+                f"methods: {', '.join(methods)} learns, and this split has nothing to train on; "
+                "expected one with a training part, such as split=leave_one_subject_out"
+            )
+
+        def stretches() -> Iterator[Stretch]:
+            for part in parts:
+                trial, segments = prepare(part)
+                yield Stretch(trial, part.start_s, part.stop_s, segments)
+
+        training = trainer(self.cfg).reader.sequences(stretches())
+        begun = time.perf_counter()
+        for method in methods.values():
+            method.fit(training, self.cfg.training.seed)
+        self.gathered.workload.training_s += time.perf_counter() - begun
+
 
 def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
     """List the rows that a configuration asks for.
@@ -106,7 +137,7 @@ def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
     Raises
     ------
     UserError
-        If a method is unknown.
+        If a method is unknown, or one that learns has a grid.
     """
     settings: dict[str, Mapping[str, Any]] = {}
     grids: dict[str, Mapping[str, list[Any]]] = {}
@@ -124,7 +155,9 @@ def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
             gathered.refusals.append(Refusal("every trial", "every segment", name, str(error)))
             continue
         settings |= rows
-        if grid := grid_of(cfg, name):
+        if (grid := grid_of(cfg, name)) and _made(next(iter(rows.values()))).learns:
+            raise UserError(f"grid.{name}: a method that learns chooses its parameters in its fit")
+        if grid:
             grids |= dict.fromkeys(rows, grid)
     if not settings and gathered.refusals and not NETWORK_METHODS & set(cfg.methods):
         raise UserError(gathered.refusals[0].reason)

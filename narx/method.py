@@ -2,8 +2,9 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,26 @@ class SegmentSignals:
         )
 
 
+class Labelled(Protocol):
+    """Signals with the angles that a method is to learn: `narx.windows.TrainingSequence`.
+
+    `signals` have no gap, `target_rad` has shape (N, 3) and NaN where there is no target, and
+    `weight` is that of the squared errors.
+    """
+
+    @property
+    def signals(self) -> SegmentSignals:
+        """Calibrated signals without a missing sample."""
+
+    @property
+    def target_rad(self) -> FloatArray:
+        """Target angles, shape (N, 3), rad."""
+
+    @property
+    def weight(self) -> float:
+        """Weight of the squared errors."""
+
+
 class OrientationMethod(ABC):
     """Estimator of a segment's three angles from its calibrated signals.
 
@@ -84,13 +105,34 @@ class OrientationMethod(ABC):
     meant to run sample by sample; both must agree. Missing samples never reach a subclass: gaps of
     up to `MAX_GAP_S` are interpolated across, in longer ones the method pauses and goes on from
     the state it had. The angles of missing samples are NaN either way.
+
+    A method that learns sets `learns` and overrides `fit`.
     """
 
     name: ClassVar[str]
     needs_accelerometer: ClassVar[bool] = False
     streams: ClassVar[bool] = False
+    # whether a benchmark calls `fit` before it tests the method on a fold
+    learns: ClassVar[bool] = False
     # how much of the time of a gap too long to interpolate across the method is given, s
     counted_gap_s: ClassVar[float] = 0.0
+
+    def fit(self, training: Sequence[Labelled], seed: int) -> None:
+        """Learn from the training part of a fold; the same data that the network is trained on.
+
+        Parameters
+        ----------
+        training : sequence of Labelled
+            Stretches without gaps with the teacher's angles, of one sampling rate or several.
+        seed : int
+            Of everything that is drawn.
+
+        Raises
+        ------
+        NotImplementedError
+            If the method does not learn.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not learn")
 
     def estimate(self, signals: SegmentSignals) -> FloatArray:
         """Estimate the angles of a whole recording.
