@@ -1,11 +1,13 @@
 """Plain integration of the gyroscope: it shows the drift that the other methods remove."""
 
 from narx.baselines.parameters import one_of
-from narx.baselines.recursive import Constants, GivenStartUp, RecursiveMethod
+from narx.baselines.recursive import Constants, GivenStartUp
+from narx.baselines.trackable import GivenTracker, TrackableMethod
+from narx.inference.tracker import LinearRecursion
 from narx.kernels.recursions import integrate
 
 
-class GyroIntegration(RecursiveMethod):
+class GyroIntegration(TrackableMethod):
     """Integrate the angular rate of each axis from the initial angles, or from zero.
 
     Parameters
@@ -17,8 +19,8 @@ class GyroIntegration(RecursiveMethod):
         False treats the axes independently, as in the papers, so that a turn of a tilted segment
         appears as flexion. True integrates the rates of the angles (Euler kinematics);
         `narx.baselines.strapdown.Strapdown` composes rotations and has no singular angle.
-    start_up, washout_s, smoothing
-        As in `narx.baselines.recursive.RecursiveMethod`.
+    start_up, washout_s, smoothing, tracker
+        As in `narx.baselines.trackable.TrackableMethod`.
     """
 
     name = "gyro_integration"
@@ -31,9 +33,15 @@ class GyroIntegration(RecursiveMethod):
         start_up: GivenStartUp = None,
         washout_s: float | None = None,
         smoothing: bool = False,
+        tracker: GivenTracker = None,
     ) -> None:
-        super().__init__(coupled, start_up, washout_s, smoothing)
+        super().__init__(coupled, start_up, washout_s, smoothing, tracker)
         self.rule = one_of(self.name, "rule", rule, ("trapezoid", "rectangle"))
 
     def _parameters(self, interval_s: float) -> Constants:
         return interval_s, float(self.rule == "trapezoid"), 0.0
+
+    def _linear(self, sampling_rate_hz: float) -> LinearRecursion:
+        interval_s, trapezoid, _ = self._parameters(1.0 / sampling_rate_hz)
+        inputs = (0.5 * interval_s, 0.5 * interval_s) if trapezoid else (interval_s, 0.0)
+        return LinearRecursion(sampling_rate_hz, inputs, (1.0, 0.0))

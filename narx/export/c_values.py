@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from narx.inference.checkpoint import Checkpoint
-from narx.inference.tracker import Tracking
+from narx.inference.tracking import Tracking
 from narx.kernels import tracker as kernel
 from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.types import FloatArray

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 
 from narx.inference.checkpoint import Checkpoint
-from narx.inference.tracker import Tracking
+from narx.inference.tracking import Tracking
 from narx.kernels import tracker as kernel
 from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.network.cell import coupled_rates

@@ -7,17 +7,20 @@ pass. Methods that share these parts differ only in the recursion.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, fields
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.smoothing import forward_share, turned_round
 from narx.inference.start_up import StartUp
+from narx.inference.tracker import PostureTracker
 from narx.inference.washout import wash_out, washout_gain
 from narx.recursion import Step
 from narx.types import FloatArray
+
+Part = TypeVar("Part", StartUp, PostureTracker)
 
 
 class Startable(Protocol):
@@ -140,24 +143,49 @@ def start_up_of(given: object, method: str) -> StartUp | None:
     UserError
         If the value is not one of these.
     """
+    return _part("start_up", StartUp, given, method)
+
+
+def tracker_of(given: object, method: str) -> PostureTracker | None:
+    """Build a tracker from a configuration value.
+
+    Parameters
+    ----------
+    given : PostureTracker, mapping, bool or None
+        True is the default tracker; a mapping holds its parameters.
+    method : str
+        Name of the method, for the message.
+
+    Returns
+    -------
+    PostureTracker or None
+        None for none.
+
+    Raises
+    ------
+    UserError
+        If the value is not one of these.
+    """
+    return _part("tracker", PostureTracker, given, method)
+
+
+def _part(name: str, kind: type[Part], given: object, method: str) -> Part | None:
     if given is None or given is False:
         return None
     if given is True:
-        return StartUp()
-    if isinstance(given, StartUp):
+        return kind()
+    if isinstance(given, kind):
         return given
     if isinstance(given, Mapping):
-        known = StartUp.__dataclass_fields__
+        known = [field.name for field in fields(kind)]
         unknown = [str(key) for key in given if key not in known]
         if unknown:
             raise UserError(
-                f"method {method}: start_up has no parameter '{unknown[0]}', expected some of "
+                f"method {method}: {name} has no parameter '{unknown[0]}', expected some of "
                 f"{', '.join(known)}"
             )
-        return StartUp(**{str(key): value for key, value in given.items()})
-    raise UserError(
-        f"method {method}: start_up is {given!r}, expected true, null, or its parameters"
-    )
+        return kind(**{str(key): value for key, value in given.items()})
+    raise UserError(f"method {method}: {name} is {given!r}, expected true, null, or its parameters")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from narx.errors import MethodNotApplicableError
 from narx.inference.clocks import RateConversion
 from narx.inference.narx_method import NarxMethod
 from narx.inference.tracked_recursion import TrackedRecursion
-from narx.inference.tracker import PostureTracker, Tracked, Tracking
+from narx.inference.tracker import PostureTracker
+from narx.inference.tracking import Tracked, Tracking, follow
 from narx.kernels import tracker as kernel
 from narx.method import SegmentSignals, usable
 from narx.network.model import Narx
@@ -158,19 +159,8 @@ class TrackedNarxMethod(NarxMethod):
         return Tracked(angles, std, by_network)
 
     def _at_network_rate_tracked(self, inputs: FloatArray, start: FloatArray | None) -> Tracked:
-        rates = np.ascontiguousarray(inputs[:, :3])
-        force = np.ascontiguousarray(inputs[:, 3:]) if self.tracker.aided else rates
         tracking = Tracking(self.tracker, self.model, start)
-        forward = tracking.follow(rates, force)
-        if not self.smoothing:
-            return forward
-        back = tracking.turned_round().follow(-rates[::-1], force[::-1]).reversed()
-        weight = forward.std_rad**-2 / (forward.std_rad**-2 + back.std_rad**-2)
-        return Tracked(
-            weight * forward.angles_rad + (1.0 - weight) * back.angles_rad,
-            np.minimum(forward.std_rad, back.std_rad),
-            forward.by_network | back.by_network,
-        )
+        return follow(tracking, inputs, self.tracker.aided, self.smoothing)
 
     def recursion(
         self, sampling_rate_hz: float, n_sensors: int, initial_angles_rad: FloatArray | None

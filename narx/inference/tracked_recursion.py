@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from narx.inference.tracker import PostureTracker, Tracking
+from narx.inference.tracker import LinearRecursion, PostureTracker
+from narx.inference.tracking import Tracking
 from narx.kernels.tracked_stream import follow
 from narx.network.model import Narx
 from narx.recursion import Clocked, ClockNumbers, Recursion, new_clock
@@ -11,14 +12,14 @@ from narx.types import BoolArray, FloatArray
 
 
 class TrackedRecursion(Recursion):
-    """The state of B sensors whose angles a network with a tracker estimates.
+    """The state of B sensors whose angles a recursion with a tracker estimates.
 
     Parameters
     ----------
     tracker : PostureTracker
         Parameters of the filter.
-    model : Narx
-        Coupled network.
+    model : Narx or LinearRecursion
+        The recursion; if a network, a coupled one.
     n_sensors : int
         Sensors side by side.
     initial_angles_rad : ndarray, shape (B, 3), optional
@@ -28,13 +29,13 @@ class TrackedRecursion(Recursion):
     def __init__(
         self,
         tracker: PostureTracker,
-        model: Narx,
+        model: Narx | LinearRecursion,
         n_sensors: int = 1,
         initial_angles_rad: FloatArray | None = None,
     ) -> None:
         starts = [None] * n_sensors if initial_angles_rad is None else list(initial_angles_rad)
         self.trackings = [Tracking(tracker, model, start) for start in starts]
-        self._tracker, self._model = tracker, model
+        self._std_scale = tracker.std_scale
 
     def advance(
         self, samples: FloatArray, first: NDArray[np.int64]
@@ -84,7 +85,7 @@ class TrackedRecursion(Recursion):
         clock = np.hstack([new_clock(shape[0]), np.zeros((shape[0], shape[1] + 1))])
         packed = np.stack([tracking.packed for tracking in self.trackings])
         return _ClockedTracker(
-            np.hstack([clock, packed]), numbers, self._tracker, self._model, self.trackings[0]
+            np.hstack([clock, packed]), numbers, self._std_scale, self.trackings[0]
         )
 
 
@@ -93,22 +94,21 @@ class _ClockedTracker(Clocked):
         self,
         state: FloatArray,
         numbers: ClockNumbers,
-        tracker: PostureTracker,
-        model: Narx,
+        std_scale: tuple[float, float, float],
         tracking: Tracking,
     ) -> None:
         self._state = state
         self._numbers = np.concatenate(
             [
                 numbers[:3],
-                tracker.std_scale,
-                tracker.numbers(model),
-                model.weights.detach().numpy(),
+                std_scale,
+                tracking.parameters,
+                tracking.weights,
             ]
         )
         self._counts = (
             numbers.lost_most,
-            model.structure.hidden,
+            tracking.hidden,
             len(tracking.x),
             tracking.rates.shape[1],
         )

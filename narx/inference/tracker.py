@@ -27,17 +27,15 @@ diverge, which gives the correction. Two parameters, `forward_sd_m_s` and `sidew
 weight of the accelerometer.
 """
 
-import copy
 import math
 from dataclasses import dataclass, fields
-from typing import NamedTuple
 
 import numpy as np
 
 from narx.errors import UserError
 from narx.kernels import tracker as kernel
 from narx.network.model import Narx
-from narx.types import BoolArray, FloatArray
+from narx.types import FloatArray
 
 # time constant of the turn rate: shorter than a turn, longer than the leg's own rotation
 _TURN_TIME_S = 0.5
@@ -156,13 +154,13 @@ class PostureTracker:
             if several:
                 object.__setattr__(self, field.name, values)
 
-    def numbers(self, model: Narx) -> FloatArray:
+    def numbers(self, model: "Narx | LinearRecursion") -> FloatArray:
         """Return the parameters for the compiled recurrence.
 
         Parameters
         ----------
-        model : Narx
-            The network: gives the sampling rate, the scales and the leak.
+        model : Narx or LinearRecursion
+            Gives the sampling rate, the scales and the leak.
 
         Returns
         -------
@@ -172,6 +170,10 @@ class PostureTracker:
         dt = 1.0 / model.sampling_rate_hz
         decay = math.exp(-dt / self.posture_time_s)
         posture = math.radians(self.posture_sd_deg)
+        rate_scale, angle_scale = 1.0, 1.0
+        if isinstance(model, Narx):
+            scaled = model.normalisation
+            rate_scale, angle_scale = scaled.rate_scale_rad_s, scaled.angle_scale_rad
         values = {
             kernel.INTERVAL: dt,
             kernel.LEAK: leak_rad_s(model),
@@ -198,8 +200,8 @@ class PostureTracker:
             kernel.REST_VARIANCE: math.radians(0.5) ** 2 / dt,
             kernel.VELOCITY_NOISE: self.velocity_noise_m_s**2 * dt,
             kernel.SPEED: self.speed_m_s,
-            kernel.RATE_SCALE: model.normalisation.rate_scale_rad_s,
-            kernel.ANGLE_SCALE: model.normalisation.angle_scale_rad,
+            kernel.RATE_SCALE: rate_scale,
+            kernel.ANGLE_SCALE: angle_scale,
             kernel.VELOCITY_VARIANCE: self.forward_sd_m_s**2 / dt,
             kernel.VELOCITY_VARIANCE + 1: self.sideways_sd_m_s**2 / dt,
         }
@@ -213,19 +215,43 @@ def _is_positive(value: object) -> bool:
     return number and math.isfinite(value) and value > 0  # type: ignore[arg-type, operator]
 
 
-def leak_rad_s(model: Narx) -> float:
-    """Rate at which a network forgets a small deviation from its posture.
+@dataclass(frozen=True)
+class LinearRecursion:
+    """A recursion that a tracker can run in the network's place.
+
+    ``p_k = inputs . (v_k, v_{k-1}, ...) + outputs . (p_{k-1}, p_{k-2}, ...)``, the angle p relative
+    to the posture.
 
     Parameters
     ----------
-    model : Narx
-        Odd network.
+    sampling_rate_hz : float
+        Rate for which it holds.
+    inputs : tuple of float
+        Coefficients of the rates, s.
+    outputs : tuple of float
+        Coefficients of the angles before.
+    """
+
+    sampling_rate_hz: float
+    inputs: tuple[float, ...]
+    outputs: tuple[float, ...]
+
+
+def leak_rad_s(model: Narx | LinearRecursion) -> float:
+    """Rate at which a recursion forgets a small deviation from its posture.
+
+    Parameters
+    ----------
+    model : Narx or LinearRecursion
+        An odd network, if a network.
 
     Returns
     -------
     float
-        One over its gain to a constant rate, linearised at zero; not below zero.
+        One over its gain to a constant rate, a network's linearised at zero; not below zero.
     """
+    if isinstance(model, LinearRecursion):
+        return max(0.0, (1.0 - sum(model.outputs)) / sum(model.inputs))
     structure, scaled = model.structure, model.normalisation
     weights = model.weights.detach().numpy()
     first = weights[structure.w1].reshape(structure.hidden, structure.n_features)
@@ -233,136 +259,3 @@ def leak_rad_s(model: Narx) -> float:
     inputs = linear[: structure.n_input_features].sum()
     kept = linear[structure.n_input_features :].sum()
     return max(0.0, float((1.0 - kept) * scaled.rate_scale_rad_s / inputs / scaled.angle_scale_rad))
-
-
-class Tracked(NamedTuple):
-    """Output of a tracker for successive samples; NaN where one is missing.
-
-    Parameters
-    ----------
-    angles_rad : ndarray, shape (N, 3)
-        Sagittal, frontal and transverse angle.
-    std_rad : ndarray, shape (N, 3)
-        Standard deviation of their error, as far as the model is right.
-    by_network : ndarray of bool, shape (N,)
-        Whether the network carried the angle; False while the rates were integrated.
-    """
-
-    angles_rad: FloatArray
-    std_rad: FloatArray
-    by_network: BoolArray
-
-    def reversed(self) -> "Tracked":
-        """Return the same with time reversed.
-
-        Returns
-        -------
-        Tracked
-            Last sample first.
-        """
-        return Tracked(self.angles_rad[::-1], self.std_rad[::-1], self.by_network[::-1])
-
-
-class Tracking:
-    """A running tracker: its state, advanced by any number of samples at a time.
-
-    Parameters
-    ----------
-    tracker : PostureTracker
-        Parameters.
-    model : Narx
-        Coupled network.
-    initial_angles_rad : ndarray, shape (3,), optional
-        Known start pose; None where it is unknown.
-
-    Raises
-    ------
-    UserError
-        If the network is not coupled and odd.
-    """
-
-    def __init__(
-        self, tracker: PostureTracker, model: Narx, initial_angles_rad: FloatArray | None
-    ) -> None:
-        if not (model.coupled and model.odd):
-            raise UserError("a tracker needs a network with model.coupled=true and model.odd=true")
-        known = initial_angles_rad is not None
-        n = kernel.AIDED_STATES if tracker.aided else kernel.GYROSCOPE_STATES
-        self._parameters = tracker.numbers(model)
-        self._weights = model.weights.detach().numpy()
-        self._hidden = model.structure.hidden
-        self.x = np.zeros(n)
-        self.x[kernel.LEAN] = math.radians(tracker.lean_deg_s)
-        start, posture, bias = (
-            (tracker.known_start_sd_deg, tracker.known_posture_sd_deg, tracker.known_bias_sd_deg_s)
-            if known
-            else (tracker.start_sd_deg, tracker.posture_sd_deg, tracker.bias_sd_deg_s)
-        )
-        deviations = [start] * 3 + [posture] * 3 + [bias] * 3
-        variances = [math.radians(sd) ** 2 for sd in [*deviations, tracker.lean_sd_deg_s]]
-        if tracker.aided:
-            self.x[kernel.VELOCITY] = tracker.speed_m_s
-            variances += [1.0, 1.0]
-        self.covariance = np.diag(variances)
-        self.scalars = np.zeros(kernel.SCALARS)
-        self.scalars[kernel.UNREST] = 1.0
-        self.scalars[kernel.IDLE] = tracker.idle_s
-        self.scalars[kernel.KNOWN] = float(known)
-        self.rates = np.zeros((3, max(model.structure.input_lags - 1, 1)))
-        self.past = np.zeros((3, model.structure.output_lags))
-        if initial_angles_rad is not None:
-            self.x[:3] = initial_angles_rad
-            self.past[:] = np.asarray(initial_angles_rad)[:, None]
-
-    @property
-    def packed(self) -> FloatArray:
-        """The state as one vector: estimate, covariance, scalars, rates and angles of before."""
-        parts = (self.x, self.covariance, self.scalars, self.rates, self.past)
-        return np.concatenate([part.ravel() for part in parts])
-
-    def follow(self, axis_rates_rad_s: FloatArray, specific_force_m_s2: FloatArray) -> Tracked:
-        """Advance over the next samples.
-
-        Parameters
-        ----------
-        axis_rates_rad_s : ndarray, shape (N, 3)
-            Gyroscope about the clinical axes; NaN where missing.
-        specific_force_m_s2 : ndarray, shape (N, 3)
-            Accelerometer in the anatomical frame; used if aided.
-
-        Returns
-        -------
-        Tracked
-            Of these samples.
-        """
-        rates = np.ascontiguousarray(axis_rates_rad_s, dtype=np.float64)
-        force = np.ascontiguousarray(specific_force_m_s2, dtype=np.float64)
-        angles, variances = np.empty_like(rates), np.empty_like(rates)
-        by_network = np.empty(len(rates), dtype=np.bool_)
-        kernel.track(
-            rates, force, self.x, self.covariance, self.scalars, self._parameters, self._weights,
-            self._hidden, self.rates, self.past, angles, variances, by_network,
-        )  # fmt: skip
-        return Tracked(angles, np.sqrt(np.maximum(variances, 0.0)), by_network)
-
-    def turned_round(self) -> "Tracking":
-        """Return a tracker that runs backwards in time from the current state.
-
-        Returns
-        -------
-        Tracking
-            Rates, and so bias, lean and velocity, have the opposite sign; angles are unchanged.
-        """
-        back = copy.copy(self)
-        sign = np.ones(len(self.x))
-        sign[kernel.BIAS :] = -1.0
-        back.x, back.covariance = self.x * sign, self.covariance * np.outer(sign, sign)
-        back._parameters = self._parameters.copy()
-        back._parameters[kernel.SPEED] *= -1.0
-        back.scalars = np.zeros(kernel.SCALARS)
-        back.scalars[kernel.UNREST] = 1.0
-        back.scalars[kernel.KNOWN] = self.scalars[kernel.KNOWN]
-        back.rates = -self.rates
-        steps = np.arange(self.past.shape[1]) * self._parameters[kernel.INTERVAL]
-        back.past = self.past[:, :1] + steps * self.rates[:, :1]
-        return back

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
+from narx.kernels.kalman import measure, spread
 from narx.kernels.limits import COS_FRONTAL_MIN
 
 # what the filter estimates; the last two with an accelerometer only
@@ -42,32 +43,6 @@ SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
 LONGEST_GAP_S = 1.0
 # no gyroscope of today is off by more
 MOST_BIAS_RAD_S = math.radians(10.0)
-
-
-@compiled(**EXACT_INNER)
-def _spread(covariance: Any, direction: Any, spread: Any) -> float:
-    """Fill covariance . direction; return the variance of direction . x."""
-    total = 0.0
-    spread[:] = 0.0
-    for i in range(len(direction)):
-        if direction[i] != 0.0:
-            for j in range(len(direction)):
-                spread[j] += direction[i] * covariance[i, j]
-    for i in range(len(direction)):
-        total += spread[i] * direction[i]
-    return total
-
-
-@compiled(**EXACT_INNER)
-def _measure(x: Any, covariance: Any, work: Any, variance: float, residual: float) -> None:
-    """Kalman update by one number: `residual` = measured - direction . x, in work[0]."""
-    n, spread = len(x), work[1]
-    total = _spread(covariance, work[0], spread) + variance
-    for i in range(n):
-        gain = spread[i] / total
-        x[i] += gain * residual
-        for j in range(n):
-            covariance[i, j] -= gain * spread[j]
 
 
 @compiled(**EXACT_INNER)
@@ -107,8 +82,18 @@ def _propagate(covariance: Any, change: Any, decay: float, moved: Any) -> None:
 def _network(
     weights: Any, n_hidden: int, rate: float, rates: Any, past: Any, about: float, p: Any
 ) -> float:
-    """One output of the network about a posture; rates and angles before, newest first."""
+    """One output of the network about a posture; rates and angles before, newest first.
+
+    Without hidden neurons `weights` are the coefficients of a linear recursion, in s and 1.
+    """
     n_in, n_out = len(rates) + 1, len(past)
+    if n_hidden == 0:
+        linear = weights[0] * rate
+        for i in range(n_in - 1):
+            linear += weights[1 + i] * rates[i]
+        for i in range(n_out):
+            linear += weights[n_in + i] * (past[i] - about)
+        return linear
     width = n_in + n_out
     first_bias, second = n_hidden * width, n_hidden * (width + 1)
     total = weights[-1]
@@ -142,8 +127,10 @@ def _advance(
     """
     dt = p[INTERVAL]
     n_out = past.shape[1]
-    # hidden neurons have two weights more than features; one output bias
-    n_past = (len(weights) - 1) // n_hidden - 3 - n_out
+    n_past = len(weights) - 1 - n_out
+    if n_hidden > 0:
+        # hidden neurons have two weights more than features; one output bias
+        n_past = (len(weights) - 1) // n_hidden - 3 - n_out
     tilt = np.empty(2)
     for axis in range(2):
         # extrapolated to the time of the sample: a lag would act like a bias
@@ -210,7 +197,7 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
             about += x[LEAN] * turn
         residual = about - s[SUM_ANGLES + axis] / s[SAMPLES]
         variance = p[CYCLE_VARIANCE + axis] * doubt
-        expected = _spread(covariance, direction, work[1]) + variance
+        expected = spread(covariance, direction, work[1]) + variance
         excess = residual**2 / (p[OUTLIER] * expected)
         if excess <= 1.0:
             s[ODD + axis] = 0.0
@@ -223,7 +210,7 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
         else:
             s[ODD + axis] = math.copysign(1.0, residual)
             continue
-        _measure(x, covariance, work, variance, residual)
+        measure(x, covariance, work, variance, residual)
     s[TRUST] += 1.0 / doubt
 
 
@@ -313,7 +300,7 @@ def step(
             direction[:] = 0.0
             direction[BIAS + axis] = 1.0
             residual = s[MEAN_RATE + axis] - x[BIAS + axis]
-            _measure(x, covariance, work, p[REST_VARIANCE], residual)
+            measure(x, covariance, work, p[REST_VARIANCE], residual)
     s[SINCE] += dt
     s[IDLE] += dt
     s[SAMPLES] += 1.0
@@ -324,7 +311,7 @@ def step(
         direction[:] = 0.0
         direction[i] = 1.0
         usual = p[SPEED] if i == VELOCITY else 0.0
-        _measure(x, covariance, work, p[VELOCITY_VARIANCE + i - VELOCITY], usual - x[i])
+        measure(x, covariance, work, p[VELOCITY_VARIANCE + i - VELOCITY], usual - x[i])
     if _swing_ends(own[0], s, p):
         swung = SHORTEST_SWING_S < s[SINCE] < LONGEST_SWING_S
         if swung:

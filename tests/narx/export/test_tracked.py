@@ -12,7 +12,8 @@ from narx.export import read_identity, write
 from narx.export.graph import program
 from narx.export.tracked import ExportedTracked
 from narx.inference.checkpoint import Checkpoint
-from narx.inference.tracker import PostureTracker, Tracking
+from narx.inference.tracker import PostureTracker
+from narx.inference.tracking import Tracking
 from narx.kinematics.segment_angles import axis_rates, orientation_from_angles
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation

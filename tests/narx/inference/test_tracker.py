@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.checkpoint import Checkpoint, load, save
-from narx.inference.tracker import PostureTracker, Tracking, leak_rad_s
+from narx.inference.tracker import PostureTracker, leak_rad_s
+from narx.inference.tracking import Tracking
 from narx.kernels import tracker as kernel
 from narx.kinematics.segment_angles import (
     angles_from_orientation,
