@@ -59,7 +59,7 @@ class ComplementaryFilter(RecursiveMethod):
         washout_s: float | None = None,
         smoothing: bool = False,
         heading: str = "own",
-        heading_leak_rad_s: float = 0.1,
+        heading_leak_rad_s: float = 0.3,
     ) -> None:
         super().__init__(coupled, start_up, washout_s, smoothing)
         self.crossover_hz = positive(self.name, "crossover_hz", crossover_hz)

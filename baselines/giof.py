@@ -97,7 +97,7 @@ class Giof(RecursiveMethod):
         washout_s: float | None = None,
         smoothing: bool = False,
         heading: str = "own",
-        heading_leak_rad_s: float = 0.1,
+        heading_leak_rad_s: float = 0.3,
     ) -> None:
         super().__init__(coupled, start_up, washout_s, smoothing)
         self.heading = Heading(heading, heading_leak_rad_s)

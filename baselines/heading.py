@@ -38,7 +38,7 @@ class Heading:
     """
 
     treatment: str = "own"
-    leak_rad_s: float = 0.1
+    leak_rad_s: float = 0.3
 
     def __post_init__(self) -> None:
         if self.treatment not in TREATMENTS:

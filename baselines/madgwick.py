@@ -29,7 +29,7 @@ class Madgwick(AhrsFilter):
         self,
         gain: float = 0.033,
         heading: str = "own",
-        heading_leak_rad_s: float = 0.1,
+        heading_leak_rad_s: float = 0.3,
         start_up: GivenStartUp = None,
     ) -> None:
         super().__init__(

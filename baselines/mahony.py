@@ -33,7 +33,7 @@ class Mahony(AhrsFilter):
         proportional_gain: float = 1.0,
         integral_gain: float = 0.3,
         heading: str = "own",
-        heading_leak_rad_s: float = 0.1,
+        heading_leak_rad_s: float = 0.3,
         start_up: GivenStartUp = None,
     ) -> None:
         super().__init__(

@@ -39,7 +39,7 @@ class OrientationFilter(OrientationMethod):
     def __init__(
         self,
         heading: str = "own",
-        heading_leak_rad_s: float = 0.1,
+        heading_leak_rad_s: float = 0.3,
         start_up: GivenStartUp = None,
     ) -> None:
         self.heading = Heading(heading, heading_leak_rad_s)

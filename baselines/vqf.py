@@ -54,7 +54,7 @@ class Vqf(OrientationFilter):
         motion_bias_estimation: bool = True,
         rest_bias_estimation: bool = True,
         heading: str = "own",
-        heading_leak_rad_s: float = 0.1,
+        heading_leak_rad_s: float = 0.3,
         start_up: GivenStartUp = None,
     ) -> None:
         super().__init__(heading, heading_leak_rad_s, start_up)

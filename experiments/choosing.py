@@ -39,8 +39,6 @@ class TrainingPart:
         Loads and calibrates a trial.
     skip_s : float
         Start of each trial that does not count, s.
-    offset_free : bool
-        Take the mean error off first, as in the network's objective.
     """
 
     def __init__(
@@ -48,9 +46,7 @@ class TrainingPart:
         fold: Fold,
         prepare: Prepare,
         skip_s: float,
-        offset_free: bool,
     ) -> None:
-        self._offset_free = offset_free
         self._stretches: list[_Stretch] = []
         by_trial: dict[tuple[str, ...], list[TrialPart]] = {}
         for part in (*fold.training, *fold.validation):
@@ -62,7 +58,9 @@ class TrainingPart:
     def __bool__(self) -> bool:
         return bool(self._stretches)
 
-    def error_rad(self, method: OrientationMethod, axis_weights: Sequence[float]) -> float:
+    def error_rad(
+        self, method: OrientationMethod, axis_weights: Sequence[float], offset_free: bool
+    ) -> float:
         """Measure a method.
 
         Parameters
@@ -71,6 +69,8 @@ class TrainingPart:
             With the parameters to be judged.
         axis_weights : sequence of float
             Of the squared errors, as in the network's objective.
+        offset_free : bool
+            Subtract the mean error of each stretch first, as in the network's objective.
 
         Returns
         -------
@@ -89,7 +89,7 @@ class TrainingPart:
             for axis in map(int, np.flatnonzero(axis_weights)):
                 here = error[np.isfinite(error[:, axis]), axis]
                 if len(here):
-                    square = np.var(here) if self._offset_free else np.mean(here**2)
+                    square = np.var(here) if offset_free else np.mean(here**2)
                     squares.setdefault(stretch.trial, []).append(axis_weights[axis] * square)
         if not squares:
             return float("inf")
@@ -121,6 +121,7 @@ def choose_parameters(
     grid: Mapping[str, Sequence[Any]],
     training: TrainingPart,
     axis_weights: Sequence[float],
+    offset_free: bool,
 ) -> dict[str, Any]:
     """Take the point of a grid with the smallest error on the training part.
 
@@ -137,6 +138,8 @@ def choose_parameters(
         Judges.
     axis_weights : sequence of float
         Of the squared errors.
+    offset_free : bool
+        Whether the mean error does not count.
 
     Returns
     -------
@@ -149,6 +152,7 @@ def choose_parameters(
         training.error_rad(
             instantiate(dict(settings) | point, _convert_="all"),
             axis_weights,
+            offset_free,
         )
         for point in points
     ]

@@ -75,7 +75,6 @@ class Rivals:
             fold,
             prepare,
             self.cfg.training.skip_s,
-            objective.offset_free,
         )
         if not training:
             return methods
@@ -86,11 +85,16 @@ class Rivals:
             # the tilt of a single segment does not depend on the treatment of its heading
             alike = repr({key: settings[key] for key in settings if not key.startswith("heading")})
             if alike not in known:
-                known[alike] = choose_parameters(settings, tilt, training, objective.axis_weights)
+                known[alike] = choose_parameters(
+                    settings, tilt, training, objective.axis_weights, objective.offset_free
+                )
             chosen = dict(known[alike])
             if settings.get("heading") == "leak" and _HEADING_LEAK in grid:
                 leaks = {_HEADING_LEAK: grid[_HEADING_LEAK]}
-                chosen |= choose_parameters(settings | chosen, leaks, training, _TRANSVERSE_ALONE)
+                # the mean error counts: a drift leaves an offset of drift / leak
+                chosen |= choose_parameters(
+                    settings | chosen, leaks, training, _TRANSVERSE_ALONE, offset_free=False
+                )
             name = f"{row}_{CHOSEN}"
             methods[name] = _made(settings | chosen)
             self.gathered.chosen[fold.name, name] = chosen

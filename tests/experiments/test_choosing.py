@@ -33,9 +33,9 @@ def prepare(motion):
     return prepared
 
 
-def chosen(fold, prepare, **options):
-    training = TrainingPart(fold, prepare, 5.0, **({"offset_free": False} | options))
-    return choose_parameters(SETTINGS, {"leak_rad_s": LEAKS}, training, BOTH)
+def chosen(fold, prepare):
+    training = TrainingPart(fold, prepare, 5.0)
+    return choose_parameters(SETTINGS, {"leak_rad_s": LEAKS}, training, BOTH, offset_free=False)
 
 
 @pytest.mark.parametrize("leak", LEAKS)
@@ -63,15 +63,15 @@ def test_the_test_part_and_what_comes_after_training_have_no_say(prepare):
 
 def test_the_error_is_the_mean_over_trials(prepare):
     fold = Fold("f", (part("0.5", 5.0, 30.0), part("2.0", 5.0, 30.0)), ())
-    training = TrainingPart(fold, prepare, 5.0, False)
+    training = TrainingPart(fold, prepare, 5.0)
     alone = [
-        TrainingPart(Fold("f", (one,), ()), prepare, 5.0, False).error_rad(
-            LeakyIntegrator(0.5), BOTH
+        TrainingPart(Fold("f", (one,), ()), prepare, 5.0).error_rad(
+            LeakyIntegrator(0.5), BOTH, False
         )
         for one in fold.training
     ]
     assert alone[0] == pytest.approx(0.0, abs=1e-12)
-    assert training.error_rad(LeakyIntegrator(0.5), BOTH) == pytest.approx(np.mean(alone))
+    assert training.error_rad(LeakyIntegrator(0.5), BOTH, False) == pytest.approx(np.mean(alone))
 
 
 def test_offset_free_takes_the_mean_error_off(prepare):
@@ -82,8 +82,10 @@ def test_offset_free_takes_the_mean_error_off(prepare):
 
     fold = Fold("f", (part("0.5", 5.0, 30.0),), ())
     for offset_free, expected in ((True, 0.0), (False, 0.3)):
-        training = TrainingPart(fold, shifted, 5.0, offset_free)
-        assert training.error_rad(LeakyIntegrator(0.5), BOTH) == pytest.approx(expected, abs=1e-9)
+        error_rad = TrainingPart(fold, shifted, 5.0).error_rad(
+            LeakyIntegrator(0.5), BOTH, offset_free
+        )
+        assert error_rad == pytest.approx(expected, abs=1e-9)
 
 
 def test_without_a_reference_nothing_is_chosen(prepare):
@@ -93,5 +95,22 @@ def test_without_a_reference_nothing_is_chosen(prepare):
         return trial, calibrated
 
     fold = Fold("f", (part("0.5"),), ())
-    assert not TrainingPart(fold, blind, 5.0, False)
+    assert not TrainingPart(fold, blind, 5.0)
     assert chosen(fold, blind) == {}
+
+
+def test_the_heading_leak_is_chosen_with_the_offset_that_a_drift_leaves(motion):
+    """A drift of 0.5 deg/s with a leak of 0.05 rad/s is an offset of 10 degrees."""
+    walk = motion("walking", duration_s=120.0)
+    rates = walk.signals.axis_rates_rad_s.copy()
+    rates[:, 2] += np.radians(0.5)
+    signals = replace(walk.signals, axis_rates_rad_s=rates)
+    segment = SimpleNamespace(signals=signals, reference_angles_rad=walk.angles_rad)
+    fold = Fold("f", (part("1", 60.0, 120.0),), ())
+    trial = SimpleNamespace(time_s=walk.time_s, scored=None)
+    training = TrainingPart(fold, lambda wanted: (trial, {"thigh_right": segment}), 5.0)
+    settings = {"_target_": "narx.baselines.madgwick.Madgwick", "heading": "leak"}
+    grid = {"heading_leak_rad_s": [0.05, 0.5]}
+    assert choose_parameters(settings, grid, training, (0.0, 0.0, 1.0), offset_free=False) == {
+        "heading_leak_rad_s": 0.5
+    }
