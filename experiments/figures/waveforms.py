@@ -76,7 +76,8 @@ def waveforms(
     Returns
     -------
     matplotlib.figure.Figure
-        Reference dashed in black, methods in their colours; NaN is not drawn.
+        Reference dashed in black, methods in their colours, shaded by two standard deviations to
+        either side where they predict any; NaN is not drawn.
     """
     if methods is None:
         methods = method_order(m for _, piece in columns for m in piece.estimates_rad)
@@ -90,6 +91,14 @@ def waveforms(
             for method in methods:
                 if method not in piece.estimates_rad:
                     continue
+                if method in piece.std_rad:
+                    middle, std = piece.estimates_rad[method], piece.std_rad[method]
+                    band = np.rad2deg(
+                        [(middle - 2.0 * std)[:, axis], (middle + 2.0 * std)[:, axis]]
+                    )
+                    panel.fill_between(
+                        piece.time_s, *band, color=method_colour(method), alpha=0.2, lw=0
+                    )
                 panel.plot(
                     piece.time_s,
                     _without_wraps(np.rad2deg(piece.estimates_rad[method][:, axis])),

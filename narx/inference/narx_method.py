@@ -4,6 +4,7 @@ from typing import Literal, get_args
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.clocks import RateConversion
@@ -11,7 +12,8 @@ from narx.inference.composition import Composition
 from narx.inference.recursion import NarxRecursion
 from narx.inference.start_up import StartUp
 from narx.inference.washout import WASHOUT_S, washout_gain
-from narx.method import OrientationMethod, SegmentSignals, usable
+from narx.kernels.clock import AFTER_PAUSE, ARRIVED, MISSING, ON_TICK, STARTING
+from narx.method import OrientationMethod, SegmentSignals, longest_gap_s, usable
 from narx.network.model import Narx
 from narx.recursion import Recursion
 from narx.types import BoolArray, FloatArray
@@ -155,6 +157,27 @@ class NarxMethod(OrientationMethod):
             )
             starting[there] = tick_of[there] < len(taken)
         return starting
+
+    def quality(self, signals: SegmentSignals) -> NDArray[np.int8]:
+        """Return what stands behind the angles of each sample.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        ndarray of int8, shape (N,)
+            A `narx.inference.stream.Quality` each, the same as from a stream.
+        """
+        there = usable(self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2))
+        quality = np.where(self.starting(signals), STARTING, ARRIVED).astype(np.int8)
+        quality[~there] = MISSING
+        at = np.flatnonzero(there)
+        gap_s = np.diff(at) * signals.interval_s
+        quality[at[1:][gap_s > longest_gap_s(signals.interval_s) * (1.0 + ON_TICK)]] = AFTER_PAUSE
+        return quality
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         rate_hz = self.model.sampling_rate_hz

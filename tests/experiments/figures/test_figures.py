@@ -1,5 +1,7 @@
 """Figures are drawn from what is passed, survive what is missing, and touch no global state."""
 
+from dataclasses import replace
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -45,6 +47,18 @@ def test_waveforms_show_reference_and_methods(make_walk):
     (narx,) = lines_of(panel, "NARX")
     np.testing.assert_allclose(narx.get_ydata(), np.rad2deg(walk.estimates_rad["narx"][:, 0]))
     assert narx.get_color() == method_colour("narx")
+
+
+def test_waveforms_shade_two_standard_deviations(make_walk):
+    walk = make_walk()
+    std = np.full_like(walk.reference_rad, np.radians(1.5))
+    walk = replace(walk, std_rad={"narx": std})
+    panel = waveforms([("walk", walk)], ["narx", "pseudo_integrator"]).axes[0]
+    (band,) = panel.collections
+    edges = band.get_paths()[0].vertices
+    middle = np.rad2deg(walk.estimates_rad["narx"][:, 0])
+    assert edges[:, 1].max() == pytest.approx(middle.max() + 3.0)
+    assert edges[:, 1].min() == pytest.approx(middle.min() - 3.0)
 
 
 def test_a_method_that_ran_off_is_named_and_does_not_flatten_the_others(make_walk):

@@ -88,6 +88,8 @@ def test_quality_says_what_stands_behind_a_sample(method, lossy):
     assert quality[10] == Quality.STARTING
     assert quality[1540] == Quality.AFTER_PAUSE
     assert (quality[1000:1200] == Quality.GOOD).mean() > 0.9
+    signals = SegmentSignals("shank", RATE_HZ, lossy[:, :3], lossy[:, 3:])
+    np.testing.assert_array_equal(method.quality(signals), quality)
 
 
 def test_lost_packets_cost_little(method):
