@@ -44,7 +44,7 @@ _COLOURS = {
     "vqf_offline": "#777777",
     "madgwick": "#56b4e9",
     "mahony": "#8c6d31",
-    "leaky_integrator": "#b2182b",
+    "leaky_integrator": "#b3a800",
     "strapdown": "#fdae61",
     "constant": "#c0c0c0",
     "zero": "#e0e0e0",
@@ -81,6 +81,22 @@ def _parts(row: str) -> tuple[str, str, bool]:
     name = row.removesuffix(_CHOSEN)
     form = next((form for form in _FORMS[1:] if name.endswith(form)), "")
     return name.removesuffix(form), form, name != row
+
+
+def method_of(row: str) -> str:
+    """Return the method of a row, without its form.
+
+    Parameters
+    ----------
+    row : str
+        Name in ``results.csv``.
+
+    Returns
+    -------
+    str
+        Name in ``methods``: ``vqf`` of ``vqf_heading_zero_chosen``.
+    """
+    return _parts(row)[0]
 
 
 def method_block(row: str) -> str:

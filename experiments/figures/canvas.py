@@ -27,6 +27,7 @@ REFERENCE_COLOUR = "#000000"
 # of a legend in 8 point: line with its gaps, and a letter on average
 _HANDLE_INCHES = 0.55
 _LETTER_INCHES = 0.062
+_ROW_INCHES = 0.2
 
 _STYLE = {
     "font.size": 8.0,
@@ -111,6 +112,9 @@ def legend_below(figure: Figure, axes: Axes) -> None:
     columns = next(
         (n for n in range(len(labels), 1, -1) if _width(labels, n) <= figure.get_figwidth()), 1
     )
+    # the panels keep their size however many lines are listed
+    rows = -(-len(labels) // columns)
+    figure.set_figheight(figure.get_figheight() + rows * _ROW_INCHES)
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
 
 

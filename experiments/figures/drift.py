@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from narx.evaluation.comparison import Evaluated
 from narx.evaluation.drift import block_errors
 from narx.experiments.figures.canvas import legend_below, logarithmic, panels, styled
-from narx.experiments.method_labels import method_colour, method_label, method_order
+from narx.experiments.figures.most_accurate import most_accurate
+from narx.experiments.method_labels import method_colour, method_label
 from narx.kinematics.segment_angles import AXES
 
 
@@ -104,7 +105,7 @@ def error_over_time(
     evaluated : iterable of Evaluated
         Long trials of one joint or segment.
     methods : sequence of str, optional
-        Which; all by default.
+        Rows of the benchmark to draw; by default those of `most_accurate`.
     block_s : float
         Length of a block, s.
     title : str
@@ -117,7 +118,7 @@ def error_over_time(
     """
     trials = list(evaluated)
     if methods is None:
-        methods = method_order(m for trial in trials for m in trial.estimates_rad)
+        methods = most_accurate(trials)
     figure, grid = panels(1, len(AXES), 2.6, 2.2, sharey=True)
     for axis, name in enumerate(AXES):
         panel = grid[0, axis]

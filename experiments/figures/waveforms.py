@@ -13,7 +13,8 @@ from narx.experiments.figures.canvas import (
     panels,
     styled,
 )
-from narx.experiments.method_labels import method_colour, method_label, method_order
+from narx.experiments.figures.most_accurate import most_accurate
+from narx.experiments.method_labels import method_colour, method_label
 from narx.kinematics.segment_angles import AXES
 
 LINE_RATE_HZ = 100.0
@@ -65,7 +66,7 @@ def waveforms(
     columns : sequence of (str, Evaluated)
         Title and angles: two windows of one knee, or thigh and shank of one walk.
     methods : sequence of str, optional
-        Which; all by default.
+        Rows of the benchmark to draw; by default those of `most_accurate`.
     axes : sequence of int
         Rows, indices into `narx.kinematics.segment_angles.AXES`.
     marks_s : sequence of float
@@ -80,7 +81,7 @@ def waveforms(
         either side where they predict any; NaN is not drawn.
     """
     if methods is None:
-        methods = method_order(m for _, piece in columns for m in piece.estimates_rad)
+        methods = most_accurate([piece for _, piece in columns], axes)
     # a dashed line of noise at 500 Hz would look solid
     columns = [(name, piece.decimated(LINE_RATE_HZ)) for name, piece in columns]
     width = max(2.6, 6.4 / len(columns)) if len(columns) < 3 else 2.6
@@ -157,8 +158,10 @@ def _keep_to_reference(
             if not low - room <= middle <= high + room:
                 outside.append(f"{method_label(method)} at {middle:.0f}°")
         if outside:
-            panel.text(
-                0.99, 0.96, "outside: " + ", ".join(outside), transform=panel.transAxes,
+            text = panel.text(
+                0.99, 0.96, "outside: " + "\n".join(outside), transform=panel.transAxes,
                 ha="right", va="top", fontsize=6.5, color="0.3",
                 bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 1},
             )  # fmt: skip
+            # a note must not change the width of its panel
+            text.set_in_layout(False)
