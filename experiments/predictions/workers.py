@@ -1,5 +1,6 @@
 """Where jobs run: in this process, in processes of this machine, or on a Dask cluster."""
 
+import contextlib
 import multiprocessing
 import os
 from collections.abc import Iterator, Sequence
@@ -11,6 +12,8 @@ from narx.experiments.predictions.jobs import Job, Outcome
 # a worker's start takes as long as a dozen files
 _ENOUGH_FOR_PROCESSES = 50
 _CONNECT_S = 10
+# read by the libraries when they are loaded
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def outcomes(
@@ -46,7 +49,7 @@ def outcomes(
             yield job.run()
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
+    with _libraries_on_one_core(), ProcessPoolExecutor(
         min(wanted, len(jobs)), mp_context=context, initializer=_on_one_core
     ) as pool:
         for finished in as_completed([pool.submit(_run, job) for job in jobs]):
@@ -88,6 +91,19 @@ def _run_in_folder(job: Job, folder: str) -> Outcome:
     os.chdir(folder)
     _on_one_core()
     return job.run()
+
+
+@contextlib.contextmanager
+def _libraries_on_one_core() -> Iterator[None]:
+    """Let processes that start now use one thread for linear algebra each."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update({name: "1" for name in _THREADS if before[name] is None})
+    try:
+        yield
+    finally:
+        for name in _THREADS:
+            if before[name] is None:
+                del os.environ[name]
 
 
 def _on_one_core() -> None:

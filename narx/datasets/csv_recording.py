@@ -24,10 +24,11 @@ import pandas as pd
 from narx.datasets.array_table import read_mat_table, read_parquet
 from narx.datasets.bundle import read_bundle
 from narx.datasets.layout import AXES, Layout
+from narx.datasets.plain_text import plain_table
 from narx.datasets.table_recording import Table, recording_from
 from narx.datasets.text_dialect import read_table
 from narx.files import atomic_path
-from narx.recordings.input_file import is_bundle
+from narx.recordings.input_file import is_bundle, regular_file
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
@@ -87,7 +88,10 @@ def open_table(file: Path) -> Table:
     suffix = file.suffix.lower()
     if suffix in (".parquet", ".pq"):
         return read_parquet(file)
-    return read_mat_table(file) if suffix == ".mat" else read_table(file)
+    if suffix == ".mat":
+        return read_mat_table(file)
+    content = regular_file(file).read_bytes()
+    return plain_table(file, content) or read_table(file, content)
 
 
 def write_recording(path: str | os.PathLike[str], recording: ImuRecording) -> None:

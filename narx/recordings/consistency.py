@@ -7,6 +7,7 @@ factor of 57) or a mirrored frame; where the relation holds closely, each axis a
 checked as well.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import permutations
 
@@ -14,7 +15,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import butter, sosfiltfilt
 
-from narx.types import BoolArray, FloatArray
+from narx.types import FloatArray
 
 _LOW_PASS_HZ = 1.5
 _MOVING_RAD_S = 0.35
@@ -93,7 +94,8 @@ def fit_rotation(
     if moving.sum() < _MIN_MOVING_S * sampling_rate_hz or not np.any(slow_rate[moving]):
         return None
     y = change[moving].ravel()
-    x = _explained_by(slow_rate, slow_force, moving)
+    products = _products(slow_rate[moving], slow_force[moving])
+    x = products[:, _columns_of(range(3))]
     together = x.sum(axis=1)
     power = float(together @ together)
     normal = x.T @ x
@@ -104,10 +106,13 @@ def fit_rotation(
     freedom = 2 * _LOW_PASS_HZ * 3 * moving.sum() / sampling_rate_hz
     variance = max(residual.var(), 1e-12 * y.var()) * len(y) / freedom
     orders = {}
+    gram, with_y, means = products.T @ products, products.T @ y, products.mean(axis=0)
     for order in permutations(range(3)):
-        exchanged = _explained_by(slow_rate[:, order], slow_force, moving)
-        left = y - exchanged @ np.linalg.lstsq(exchanged, y)[0]
-        orders["".join("xyz"[k] for k in order)] = float(1.0 - left.var() / y.var())
+        own = _columns_of(order)
+        slopes = np.linalg.lstsq(gram[np.ix_(own, own)], with_y[own])[0]
+        # variance of y - x slopes, from the sums above
+        left = (y @ y - slopes @ with_y[own]) / len(y) - (y.mean() - slopes @ means[own]) ** 2
+        orders["".join("xyz"[k] for k in order)] = float(1.0 - left / y.var())
     best = max(orders, key=lambda order: orders[order])
     return Fit(
         float(together @ y) / power,
@@ -120,11 +125,14 @@ def fit_rotation(
     )
 
 
-def _explained_by(rate: FloatArray, force: FloatArray, moving: BoolArray) -> FloatArray:
-    """Change of the specific force by each axis of the gyroscope, one column per axis."""
-    return np.stack(
-        [-np.cross(rate * np.eye(3)[k], force)[moving].ravel() for k in range(3)], axis=1
-    )
+def _products(rate: FloatArray, force: FloatArray) -> FloatArray:
+    """Change of the specific force if column k of the rates were the rate about axis p: 3 k + p."""
+    about = [-np.cross(np.eye(3)[p], force) for p in range(3)]
+    return np.stack([(rate[:, k, None] * a).ravel() for k in range(3) for a in about], axis=1)
+
+
+def _columns_of(order: Sequence[int]) -> list[int]:
+    return [3 * k + p for p, k in enumerate(order)]
 
 
 def contradiction(fit: Fit) -> str | None:

@@ -1,0 +1,64 @@
+"""Fast reader of the plainest CSV: a header line, commas, decimal points, nothing but numbers."""
+
+import io
+import re
+from pathlib import Path
+
+import pandas as pd
+import pyarrow
+import pyarrow.csv
+
+from narx.datasets.array_table import ArrayTable
+
+# all that a number or a missing value is written with; anything else is for the dialect's detection
+_NUMBERS = b"0123456789+-.eE,\r\nnaNA"
+_MISSING = ["", "nan", "NaN", "NA", "NAN"]
+_NUMERIC = ("int64", "double", "null")
+_HEADER = re.compile(rb"[A-Za-z][\w/^()\[\] .-]*(?:,[A-Za-z][\w/^()\[\] .-]*)+")
+
+
+def plain_table(path: Path, content: bytes) -> ArrayTable | None:
+    """Read a text if it is plain CSV, ten times as fast as `narx.datasets.text_dialect.read_table`.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file, for messages.
+    content : bytes
+        All of it.
+
+    Returns
+    -------
+    ArrayTable or None
+        The same numbers, to the last bit; None for every other text, a damaged one included.
+    """
+    head, _, body = content.partition(b"\n")
+    header = head.rstrip(b"\r")
+    if not _HEADER.fullmatch(header) or not body.endswith(b"\n"):
+        return None
+    if body.translate(None, _NUMBERS) or content.count(b"\r") not in (0, content.count(b"\n")):
+        return None
+    names = tuple(name.strip() for name in header.decode("ascii").split(","))
+    if not all(names):
+        return None
+    try:
+        table = pyarrow.csv.read_csv(
+            io.BytesIO(body),
+            pyarrow.csv.ReadOptions(
+                column_names=[str(k) for k in range(len(names))], use_threads=False
+            ),
+            convert_options=pyarrow.csv.ConvertOptions(null_values=_MISSING),
+        )
+    except pyarrow.ArrowInvalid:
+        return None
+    if any(str(column.type) not in _NUMERIC for column in table.columns):
+        return None
+    # too large for a float: refused with its line by the other reader
+    columns = [column.to_pandas().astype("float64") for column in table.columns]
+    if any(column.abs().max() == float("inf") for column in columns) or not table.num_rows:
+        return None
+
+    def read(column: int) -> pd.Series:
+        return columns[column]
+
+    return ArrayTable(path, names, read)
