@@ -2,6 +2,8 @@
 # make demo        two simulated recordings, thigh and shank, to knee angles and a picture of the strides
 # make test        lint, types, docstrings, tests with coverage
 # make speed       add the peers, then the speed benchmark
+# make mutants    mutation testing of one package: ROOM=kinematics
+# make release    sdist and wheel from the committed files, checked, installed, used
 # make docs        the documentation as a site, into site/
 PYTHON ?= python3
 VENV := .venv
@@ -9,8 +11,9 @@ BIN := $(VENV)/bin
 # exact versions; torch is pinned there because an open range fetches gigabytes of CUDA
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
 OVERRIDES ?=
+ROOM ?= kinematics
 
-.PHONY: benchmark demo test docs speed clean
+.PHONY: benchmark demo test mutants release docs speed clean
 
 benchmark: $(VENV)/.run
 	$(BIN)/python -m experiments.benchmark $(OVERRIDES)
@@ -25,6 +28,13 @@ test: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist worksteal --cov --cov-report=term:skip-covered --durations=10
+
+mutants: $(VENV)/.mutation
+	rm -rf mutants
+	$(BIN)/mutmut run "narx.$(ROOM)*"
+
+release: $(VENV)/.dev
+	$(BIN)/python -m nox -s release
 
 docs: $(VENV)/.dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
@@ -43,9 +53,13 @@ $(VENV)/.dev: $(VENV)/.run
 	$(PIP) --editable ".[dev,docs,cluster,filters,onnx,sweep]"
 	touch $@
 
+$(VENV)/.mutation: $(VENV)/.dev
+	$(PIP) --editable ".[mutation]"
+	touch $@
+
 $(VENV)/.peers: $(VENV)/.run
 	$(PIP) --editable ".[peers]"
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo site outputs multirun .coverage .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) demo site mutants dist outputs multirun .coverage .pytest_cache .mypy_cache .ruff_cache

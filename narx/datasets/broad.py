@@ -89,6 +89,7 @@ class Broad(TrialSource):
             rate_hz,
             max_gap_s=1.5 / native_hz,
             max_optical_gap_s=1.5 / native_hz,
+            where=str(path),
         )
         clock = aligned.imus[_SEGMENT].time_s
         nearest = np.clip(np.round(clock * native_hz).astype(int), 0, len(movement) - 1)

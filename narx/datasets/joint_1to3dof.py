@@ -84,13 +84,14 @@ class Joint1To3Dof(TrialSource):
                     np.column_stack([time, sensors[:, 6 * k : 6 * k + 3]]),
                     gyroscopes[segment][resting].mean(axis=0),
                     time,
-                    _normalised(reference[:, 4 * k : 4 * k + 4]),
+                    reference[:, 4 * k : 4 * k + 4],
                 )
                 for k, segment in enumerate(_SEGMENTS)
             },
             rate_hz,
             max_gap_s=1.5 / native_hz,
             max_optical_gap_s=1.5 / native_hz,
+            where=str(path),
         )
         return Trial(
             dataset=self.name,
@@ -115,7 +116,3 @@ def _columns(path: Path, variables: dict[str, object], name: str, count: int) ->
             f"{path}: {name} has shape {values.shape}, expected (N, {count} or more)"
         )
     return values[:, :count]
-
-
-def _normalised(quaternion: FloatArray) -> FloatArray:
-    return quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)

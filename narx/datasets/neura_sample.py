@@ -94,7 +94,9 @@ class NeuraSample(TrialSource):
             raise RecordingError(f"{root}: {name} does not begin with a second of standing")
 
         offsets = {
-            segment: _clock_offset(table, rest_s, optical_time, frames[segment])
+            segment: _clock_offset(
+                sensor_files[segment], table, rest_s, optical_time, frames[segment]
+            )
             for segment, table in tables.items()
         }
         # one trigger, one clock; the shanks give the best estimate, since soft tissue moves the
@@ -106,6 +108,7 @@ class NeuraSample(TrialSource):
             max(time[0] for time in times),
             min(time[-1] for time in times),
             self._sampling_rate_hz,
+            str(optical_file),
         )
         last_rest_s = first_rest_s([t[::-1, 1:4] for t in tables.values()], _NATIVE_HZ)
         end_s = float(clock[-1])
@@ -154,6 +157,9 @@ def _read_sensor(path: Path) -> FloatArray:
     """Read time in s, gyroscope in rad/s and accelerometer in m/s^2; lost packets become a gap."""
     table = read_numbers(path, separator=",", columns=_COLUMNS, comment="//", terminated=True)
     steps = np.diff(table[:, 0]) % _COUNTER_RANGE
+    back = np.flatnonzero(steps > _COUNTER_RANGE // 2)
+    if back.size:  # its wrap is a small step
+        raise RecordingError(f"{path}: PacketCounter goes back after row {int(back[0]) + 1}")
     if not (steps > 0).all():
         raise RecordingError(f"{path}: PacketCounter repeats at row {int(np.argmin(steps)) + 1}")
     table[:, 0] = np.concatenate([[0.0], np.cumsum(steps)]) / _NATIVE_HZ
@@ -197,17 +203,21 @@ def _segment_frame(segment: str, joints: dict[str, FloatArray]) -> FloatArray:
 
 
 def _clock_offset(
-    table: FloatArray, rest_s: float, optical_time: FloatArray, frame: FloatArray
+    path: Path, table: FloatArray, rest_s: float, optical_time: FloatArray, frame: FloatArray
 ) -> float:
     bias = table[table[:, 0] <= rest_s, 1:4].mean(axis=0)
-    return estimate_clock_offset(
-        table[:, 0],
-        table[:, 1:4] - bias,
-        optical_time,
-        frame,
-        max_offset_s=0.2,
-        interval_s=_ALIGNMENT_INTERVAL_S,
-    )[0]
+    try:
+        offset, _ = estimate_clock_offset(
+            table[:, 0],
+            table[:, 1:4] - bias,
+            optical_time,
+            frame,
+            max_offset_s=0.2,
+            interval_s=_ALIGNMENT_INTERVAL_S,
+        )
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from error
+    return offset
 
 
 def _walk_before_the_turn(

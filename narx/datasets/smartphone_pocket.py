@@ -102,6 +102,7 @@ class SmartphonePocket(TrialSource):
             self._sampling_rate_hz,
             max_gap_s=_MAX_GAP_S,
             max_optical_gap_s=_MAX_OPTICAL_GAP_S,
+            where=f"{phone}, {optical_file}",
         )
         return Trial(
             dataset=self.name,
@@ -136,6 +137,7 @@ class SmartphonePocket(TrialSource):
             max(gyroscope[0, 0], accelerometer[0, 0]),
             min(gyroscope[-1, 0], accelerometer[-1, 0]),
             self._sampling_rate_hz,
+            str(candidates[0]),
         )
         still = on_clock(segment, gyroscope, accelerometer, clock, max_gap_s=_MAX_GAP_S)
         return still, files

@@ -5,7 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from narx.datasets.tracked_sensor import AlignedSensors, RawSensor, align_sensors, on_clock
+from narx.datasets.tracked_sensor import (
+    AlignedSensors,
+    RawSensor,
+    align_sensors,
+    on_clock,
+    tracked_poses,
+)
 from narx.errors import RecordingError
 from narx.recordings.clock_alignment import estimate_clock_offset
 from narx.recordings.resampling import resample_quaternions, uniform_clock
@@ -70,7 +76,9 @@ def synchronised(
         offset_s = 0.0
         notes: list[str] = []
         if inertial.keys() <= optical.keys():
+            optical, lost = _whole(inertial, optical)
             offset_s, notes = _offset_s(inertial, optical)
+            notes += lost
         times = [one.time_s for one in inertial.values()]
         clock = uniform_clock(
             max(time[0] for time in times), min(time[-1] for time in times), sampling_rate_hz
@@ -94,6 +102,20 @@ def synchronised(
         for segment in inertial
     }
     return AlignedSensors(imus, reference, dict.fromkeys(inertial, offset_s), tuple(notes))
+
+
+def _whole(
+    inertial: Mapping[str, ImuRecording], optical: Mapping[str, Tracked]
+) -> tuple[dict[str, Tracked], list[str]]:
+    """Poses without lost ones, which some systems write as zeros; notes on them."""
+    kept: dict[str, Tracked] = {}
+    notes: list[str] = []
+    for segment in inertial:
+        time_s, body = optical[segment]
+        poses, lost = tracked_poses(segment, time_s, body)
+        kept[segment] = time_s, poses
+        notes += lost
+    return kept, notes
 
 
 def _offset_s(

@@ -6,7 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from narx.recordings.clock_alignment import estimate_clock_offset, estimate_misalignment
+from narx.errors import RecordingError
+from narx.recordings.clock_alignment import (
+    Misalignment,
+    estimate_clock_offset,
+    estimate_misalignment,
+)
 from narx.recordings.resampling import resample_quaternions, resample_vectors, uniform_clock
 from narx.recordings.trial import ImuRecording, ReferenceOrientation
 from narx.types import FloatArray
@@ -14,6 +19,11 @@ from narx.types import FloatArray
 # the body cannot turn faster than its gyroscope measures: beyond this factor it is a tracking fault
 _SPIKE_FACTOR = 2.0
 _SPIKE_MAX_S = 0.2
+# length of a quaternion that stands for a lost pose, and largest deviation from 1 of any other
+_LOST_POSE, _UNIT_TOLERANCE = 1e-6, 0.1
+# agreement of sensor and tracked body: published recordings have slopes of 0.9 to 1.1
+_SLOPES = (0.5, 2.0)
+_MIN_EXPLAINED = 0.5
 
 
 @dataclass(frozen=True)
@@ -69,6 +79,7 @@ def align_sensors(
     *,
     max_gap_s: float,
     max_optical_gap_s: float,
+    where: str = "",
 ) -> AlignedSensors:
     """Align tracked sensors that share one inertial clock with their optical reference.
 
@@ -80,6 +91,8 @@ def align_sensors(
         Rate of the uniform clock, Hz.
     max_gap_s, max_optical_gap_s : float
         Longest interval that is interpolated across, inertial and optical, s.
+    where : str
+        File, for messages; a caller that adds it itself leaves it out.
 
     Returns
     -------
@@ -89,20 +102,40 @@ def align_sensors(
     Raises
     ------
     RecordingError
-        If the recordings do not overlap or do not show the same motion.
+        If the recordings do not overlap or do not show the same motion, or sensor and reference
+        contradict each other; the message names the file and the segment.
     """
+    try:
+        return _aligned(sensors, sampling_rate_hz, max_gap_s, max_optical_gap_s)
+    except RecordingError as error:
+        if not where:
+            raise
+        raise RecordingError(f"{where}: {error}") from error
+
+
+def _aligned(
+    sensors: Mapping[str, RawSensor],
+    sampling_rate_hz: float,
+    max_gap_s: float,
+    max_optical_gap_s: float,
+) -> AlignedSensors:
     notes = []
     bodies, offsets = {}, []
     for segment, sensor in sensors.items():
         rate = sensor.gyroscope[:, 1:] - sensor.static_bias_rad_s
+        tracked, lost = tracked_poses(segment, sensor.optical_time_s, sensor.body_wxyz)
+        notes += lost
         body, removed = without_spikes(
-            sensor.optical_time_s, sensor.body_wxyz, float(np.nanmax(np.linalg.norm(rate, axis=1)))
+            sensor.optical_time_s, tracked, float(np.nanmax(np.linalg.norm(rate, axis=1)))
         )
         if removed:
             notes.append(f"{segment}: {removed} optical samples are tracking faults, taken out")
-        offset, agreement = estimate_clock_offset(
-            sensor.gyroscope[:, 0], rate, sensor.optical_time_s, body
-        )
+        try:
+            offset, agreement = estimate_clock_offset(
+                sensor.gyroscope[:, 0], rate, sensor.optical_time_s, body
+            )
+        except RecordingError as error:
+            raise RecordingError(f"'{segment}': {error}") from error
         notes.append(
             f"{segment}: inertial clock {offset * 1e3:.1f} ms behind the optical one "
             f"(correlation of angular speeds {agreement:.3f})"
@@ -129,6 +162,7 @@ def align_sensors(
             bodies[segment],
             offset_s=shared,
         )
+        _refuse_contradiction(segment, found)
         notes.append(
             f"{segment}: tracked body is {np.degrees(found.body_to_sensor.magnitude()):.1f} deg "
             "from the sensor, removed by Kabsch on angular rates; residual "
@@ -147,6 +181,72 @@ def align_sensors(
             "sensor",
         )
     return AlignedSensors(imus, reference, dict.fromkeys(sensors, shared), tuple(notes))
+
+
+def tracked_poses(
+    segment: str, time_s: FloatArray, body_wxyz: FloatArray
+) -> tuple[FloatArray, list[str]]:
+    """Check the poses of a tracked body.
+
+    Parameters
+    ----------
+    segment : str
+        Its name, for messages.
+    time_s : ndarray, shape (K,)
+        The reference's clock, s.
+    body_wxyz : ndarray, shape (K, 4)
+        Orientation; NaN where missing.
+
+    Returns
+    -------
+    body_wxyz : ndarray, shape (K, 4)
+        NaN also where all four numbers are zero, as some systems write a lost pose.
+    notes : list of str
+        Number of those, if any.
+
+    Raises
+    ------
+    RecordingError
+        If time does not increase, or an orientation is no unit quaternion.
+    """
+    back = np.flatnonzero(~(np.diff(time_s) > 0))
+    if back.size:
+        k = int(back[0])
+        raise RecordingError(
+            f"'{segment}': the reference's time does not increase at its sample {k + 2} "
+            f"({time_s[k]:g} s, then {time_s[k + 1]:g} s)"
+        )
+    length = np.linalg.norm(body_wxyz, axis=1)
+    lost = length < _LOST_POSE
+    wrong = np.flatnonzero(~lost & (np.abs(length - 1.0) > _UNIT_TOLERANCE))
+    if wrong.size:
+        k = int(wrong[0])
+        raise RecordingError(
+            f"'{segment}': the orientation at the reference's sample {k + 1} has length "
+            f"{length[k]:.3g}, expected a unit quaternion"
+        )
+    if not lost.any():
+        return body_wxyz, []
+    return np.where(lost[:, None], np.nan, body_wxyz), [
+        f"{segment}: {lost.sum()} optical samples of zeros are lost poses, taken as missing"
+    ]
+
+
+def _refuse_contradiction(segment: str, found: Misalignment) -> None:
+    """Refuse a sensor and a body that no constant rotation brings together."""
+    if found.explained < _MIN_EXPLAINED:
+        raise RecordingError(
+            f"'{segment}': the gyroscope does not turn as its reference does (a constant rotation "
+            f"explains {found.explained:.0%} and leaves "
+            f"{np.degrees(found.residual_rad_s):.0f} deg/s): exchanged or mirrored axes, exchanged "
+            "sensors, or conjugate quaternions?"
+        )
+    if not _SLOPES[0] < found.slope < _SLOPES[1]:
+        guess = "; deg/s in a column of rad/s?" if 20 < found.slope < 200 else ""
+        raise RecordingError(
+            f"'{segment}': the gyroscope turns {found.slope:.3g} times as fast as its "
+            f"reference{guess}"
+        )
 
 
 def without_spikes(

@@ -200,10 +200,7 @@ def _on_one_clock(
     rate_hz = float(f"{first.sampling_rate_hz:.6g}")
     times = {segment: one.time_s + offsets_s[segment] for segment, one in recordings.items()}
     begin, end = max(t[0] for t in times.values()), min(t[-1] for t in times.values())
-    try:
-        clock = uniform_clock(begin, end, rate_hz)
-    except RecordingError as error:
-        raise RecordingError(f"{where}: {error}") from error
+    clock = uniform_clock(begin, end, rate_hz, where)
     imus = {}
     for segment, one in recordings.items():
         gap_s = max(MAX_GAP_S, 1.5 / one.sampling_rate_hz)

@@ -41,12 +41,19 @@ class Misalignment:
         Root mean square residual of the fit by rotation and offset, per axis, rad/s.
     inlier_share : float
         Fraction of intervals that were used; the others are tracking faults.
+    slope : float
+        Regression of the sensor's rates on those of the body; 1 if the units agree.
+    explained : float
+        Share of the variance of the sensor's rates that rotation and slope explain: near 1 for one
+        rigid body.
     """
 
     body_to_sensor: Rotation
     rate_offset_rad_s: FloatArray
     residual_rad_s: float
     inlier_share: float
+    slope: float
+    explained: float
 
 
 class _MeanRates:
@@ -234,11 +241,20 @@ def estimate_misalignment(
         used = use
         size = np.linalg.norm(residual, axis=1)
         use = size <= _OUTLIER_FACTOR * max(float(np.median(size)), 1e-12)
+    measured = sensor[used] - sensor[used].mean(axis=0)
+    tracked = rotation.apply(body[used] - body[used].mean(axis=0))
+    shared, power, tracked_power = (
+        float(np.sum(a * b))
+        for a, b in ((measured, tracked), (measured, measured), (tracked, tracked))
+    )
+    moves = power > 0.0 and tracked_power > 0.0
     return Misalignment(
         rotation,
         offset,
         float(np.sqrt(np.mean(residual[used] ** 2))),
         float(used.mean()),
+        shared / tracked_power if moves else 0.0,
+        max(shared, 0.0) ** 2 / (power * tracked_power) if moves else 0.0,
     )
 
 

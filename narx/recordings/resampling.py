@@ -16,7 +16,9 @@ _STOP_BAND_DB = 60.0
 MAX_CLOCK_SAMPLES = 5e7
 
 
-def uniform_clock(start_s: float, stop_s: float, sampling_rate_hz: float) -> FloatArray:
+def uniform_clock(
+    start_s: float, stop_s: float, sampling_rate_hz: float, where: str = ""
+) -> FloatArray:
     """Return the uniform clock between two times.
 
     Parameters
@@ -25,6 +27,8 @@ def uniform_clock(start_s: float, stop_s: float, sampling_rate_hz: float) -> Flo
         First and last time allowed, s.
     sampling_rate_hz : float
         Samples per second.
+    where : str
+        File, for messages; a caller that adds it itself leaves it out.
 
     Returns
     -------
@@ -38,16 +42,17 @@ def uniform_clock(start_s: float, stop_s: float, sampling_rate_hz: float) -> Flo
     """
     first = int(np.ceil(start_s * sampling_rate_hz - 1e-6))
     last = int(np.floor(stop_s * sampling_rate_hz + 1e-6))
+    file = f"{where}: " if where else ""
     if last - first > MAX_CLOCK_SAMPLES:
         raise RecordingError(
-            f"from {start_s:.6g} s to {stop_s:.6g} s there are {last - first:.3g} samples at "
+            f"{file}from {start_s:.6g} s to {stop_s:.6g} s there are {last - first:.3g} samples at "
             f"{sampling_rate_hz:g} Hz, expected {MAX_CLOCK_SAMPLES:.0g} at most; is there a "
             "gap, or another unit of time?"
         )
     if last <= first:
         raise RecordingError(
-            f"no common time: from {start_s:.3f} s to {stop_s:.3f} s there are not two samples "
-            f"at {sampling_rate_hz:g} Hz"
+            f"{file}no common time: from {start_s:.3f} s to {stop_s:.3f} s there are not two "
+            f"samples at {sampling_rate_hz:g} Hz"
         )
     return np.arange(first, last + 1) / sampling_rate_hz
 

@@ -102,3 +102,27 @@ def test_a_restless_stand_counts_less_and_none_is_none():
     assert "standing" in part.where
     assert "0.0-10.0 s" in part.where
     assert static_bias(_trial(walk), "thigh") is None
+
+
+def test_weights_of_standing_parts_by_hand():
+    """The inverse variance of the angle between the ends over the time: (T / unrest)^2."""
+    alternating = np.where(np.arange(2000) % 2, 1.0, -1.0)[:, None] * [1.0, 0.0, 0.0]
+    standing = [0.02, 0.0, 0.0] + 0.01 * alternating[:800]
+    walk = np.vstack([[0.05, 0.0, 0.0] + 0.03 * alternating[:400], _noise(600, 1.0)])
+    part = static_bias(_trial(walk, [(0.0, 3.995)], standing=standing), "thigh")
+    weights = np.array([(8.0 / 0.01) ** 2, (4.0 / 0.03) ** 2])
+    weights /= weights.sum()
+    assert part.bias_rad_s == pytest.approx([weights @ [0.02, 0.05], 0.0, 0.0])
+    assert part.unrest_rad_s == pytest.approx(np.sqrt(weights @ np.square([0.01, 0.03])))
+
+
+@pytest.mark.parametrize(("rate_deg_s", "left_out"), [(1.8, False), (2.3, True)])
+def test_handling_is_faster_than_2_deg_s_and_taken_out_with_half_a_second(rate_deg_s, left_out):
+    still = np.zeros((3000, 3))
+    still[1000:1200, 2] = np.radians(rate_deg_s)
+    still[955:1245, 0] = 0.01  # 0.45 s to either side
+    found = resting_mean(still, _RATE_HZ, "x").bias_rad_s
+    if left_out:
+        assert found == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+    else:
+        assert found[0] == pytest.approx(0.01 * 290 / 3000)

@@ -100,9 +100,16 @@ def test_the_knee_takes_cross_talk_out_of_its_abduction(trial):
         assert spread_deg(by_knee, side) < spread_deg(alone, side) - least
 
 
+def _swap_lines(path):
+    lines = path.read_text().splitlines(keepends=True)
+    lines[400], lines[401] = lines[401], lines[400]
+    path.write_text("".join(lines))
+
+
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
+        (_swap_lines, "PacketCounter goes back after row 39"),
         (lambda p: p.write_bytes(p.read_bytes()[:-20]), "cut off"),
         (lambda p: p.write_text(p.read_text().replace("Gyr_Y", "Gyro_Y")), "no column 'Gyr_Y'"),
         (lambda p: p.unlink(), "no such file"),

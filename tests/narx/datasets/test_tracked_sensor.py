@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from narx.calibration.calibrate import calibrate
 from narx.datasets.broad import Broad
 from narx.datasets.joint_1to3dof import Joint1To3Dof
-from narx.datasets.tracked_sensor import turn_frame, without_spikes
+from narx.datasets.tracked_sensor import RawSensor, align_sensors, turn_frame, without_spikes
 from narx.errors import RecordingError
 from narx.kinematics.joint_angles import grood_suntay
 
@@ -201,3 +201,89 @@ def test_real_broad_recordings(data_root):
     assert trial.clock_offset_s["imu"] == pytest.approx(1 / 285.7, abs=0.002)
     assert trial.scored.mean() == pytest.approx(126.0 / 199.3, abs=0.01)
     assert _rates_agree(trial) > 0.99
+
+
+def _raw_sensors():
+    sensors = {}
+    for segment, seed in (("thigh_right", 1), ("shank_right", 2)):
+        time, gyroscope, force, quaternion = _sensor_and_reference(seed, np.zeros(3))
+        sensors[segment] = [time, gyroscope, force, time.copy(), quaternion.copy()]
+    return sensors
+
+
+def _align(sensors):
+    return align_sensors(
+        {
+            segment: RawSensor(
+                np.column_stack([time, gyroscope]), np.column_stack([time, force]), np.zeros(3),
+                optical_time, quaternion,
+            )
+            for segment, (time, gyroscope, force, optical_time, quaternion) in sensors.items()
+        },
+        _RATE_HZ, max_gap_s=0.03, max_optical_gap_s=0.03, where="sub-01_motion.tsv",
+    )  # fmt: skip
+
+
+def test_poses_of_zeros_are_missing():
+    sensors = _raw_sensors()
+    sensors["thigh_right"][4][500:510] = 0.0
+    aligned = _align(sensors)
+    assert any("10 optical samples of zeros are lost poses" in note for note in aligned.notes)
+    quaternion = aligned.reference["thigh_right"].quaternion_wxyz
+    assert 8 <= np.isnan(quaternion).all(axis=1).sum() <= 13
+
+
+def _degrees(sensors):
+    sensors["thigh_right"][1] *= 57.3
+
+
+def _axes(sensors):
+    sensors["thigh_right"][1] = sensors["thigh_right"][1][:, [1, 0, 2]]
+
+
+def _mirrored(sensors):
+    sensors["thigh_right"][1] = sensors["thigh_right"][1] * [1.0, -1.0, 1.0]
+
+
+def _conjugate(sensors):
+    sensors["thigh_right"][4] *= [1.0, -1.0, -1.0, -1.0]
+
+
+def _exchanged(sensors):
+    thigh, shank = sensors.values()
+    thigh[1], shank[1] = shank[1], thigh[1]
+
+
+def _latency(sensors):
+    sensors["thigh_right"][3][700] = sensors["thigh_right"][3][699]
+
+
+def _length(sensors):
+    sensors["thigh_right"][4][300] *= 3.0
+
+
+def _apart(sensors):
+    for sensor in sensors.values():
+        sensor[0] = sensor[0] + 1000.0
+
+
+@pytest.mark.parametrize(
+    ("contradict", "message"),
+    [
+        (_degrees, "'thigh_right': the gyroscope turns 57.3 times .*; deg/s in a column of rad/s"),
+        (_axes, "'thigh_right': the gyroscope does not turn as its reference does .* exchanged"),
+        (_mirrored, "'thigh_right': the gyroscope does not turn as its reference does .* mirrored"),
+        (_conjugate, "'thigh_right': the gyroscope does not turn as .* or conjugate quaternions"),
+        (_exchanged, "'thigh_right': (clock alignment: no offset|the gyroscope does not turn as)"),
+        (_latency, "'thigh_right': the reference's time does not increase at its sample 701"),
+        (_length, "'thigh_right': the orientation at the reference's sample 301 has length 3"),
+        (_apart, "clock alignment|no common time"),
+    ],
+)
+def test_a_sensor_and_a_reference_that_contradict_are_refused_by_file(contradict, message):
+    sensors = _raw_sensors()
+    contradict(sensors)
+    with pytest.raises(RecordingError, match=message) as error:
+        _align(sensors)
+    assert str(error.value).startswith("sub-01_motion.tsv: ")
+    assert "\n" not in str(error.value)

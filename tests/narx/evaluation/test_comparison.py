@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from narx.evaluation.agreement import agreement
-from narx.evaluation.comparison import Evaluated, knee, rows
+from narx.evaluation.comparison import Evaluated, knee, lag_s, rows
 from narx.evaluation.results import COLUMNS
 from narx.kinematics.joint_angles import grood_suntay, orientation_from_joint_angles
 from narx.kinematics.segment_angles import angles_from_orientation, orientation_from_angles
@@ -185,3 +185,14 @@ def test_a_late_angle_has_its_lag_in_milliseconds():
 def test_a_reference_that_does_not_move_shows_no_lag():
     still = replace(walk("thigh_right"), reference_rad=np.zeros((N, 3)))
     assert all(np.isnan(row["lag_ms"]) for row in rows(still))
+
+
+def test_a_constant_error_is_no_lag():
+    """Regression with an intercept, by hand: error = 0.5 + 0.1 slope."""
+    slope = np.array([1.0, 3.0, 2.0, np.nan])
+    assert lag_s(0.5 + 0.1 * slope, slope) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(("wanted_hz", "kept_hz"), [(60.0, 50.0), (70.0, 100.0), (30.0, 100 / 3)])
+def test_decimation_takes_the_nearest_step(wanted_hz, kept_hz):
+    assert walk("thigh_right").decimated(wanted_hz).sampling_rate_hz == pytest.approx(kept_hz)

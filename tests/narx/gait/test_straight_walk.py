@@ -25,3 +25,13 @@ def test_the_walk_ends_where_the_turn_begins():
 @pytest.mark.parametrize(("turn_at_s", "drift_rad_s"), [(100.0, 0.0), (100.0, 0.05), (5.0, 0.0)])
 def test_without_a_turn_or_without_a_walk_there_is_none(turn_at_s, drift_rad_s):
     assert straight_walk_s([_rates(turn_at_s, drift_rad_s)], [UP], RATE_HZ, 4.0) is None
+
+
+def test_a_fast_swing_about_a_horizontal_axis_is_no_turn():
+    across = np.array([0.0, 0.8, -0.6])
+    time = np.arange(0.0, 40.0, 1 / RATE_HZ)
+    leaning = np.where((time > 20.0) & (time < 22.0), np.pi / 2, 0.0)[:, None] * across
+    assert straight_walk_s([leaning], [UP], RATE_HZ, 4.0) is None
+    # two sensors that disagree turn by their mean: 18 degrees are too little
+    half = [np.radians(x) * UP * (leaning @ across)[:, None] / np.pi for x in (36.0, 0.0)]
+    assert straight_walk_s(half, [UP, UP], RATE_HZ, 4.0) is None
