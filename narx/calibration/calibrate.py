@@ -20,6 +20,7 @@ from narx.calibration.reference import anatomical_reference, rest_heading_rad
 from narx.calibration.static_bias import static_bias
 from narx.calibration.walking import walking_frame
 from narx.errors import UserError
+from narx.kinematics.rate_unit import warn_of_degrees
 from narx.kinematics.segment_angles import (
     TRANSVERSE,
     angles_from_orientation,
@@ -134,6 +135,7 @@ def calibrate(
 def _calibrate_segment(
     trial: Trial, segment: str, mode: Mode, remove_heading_misalignment: bool
 ) -> CalibratedSegment:
+    warn_of_degrees(trial.imus[segment].gyroscope_rad_s, f"{trial.name}/{segment}")
     still = static_bias(trial, segment)
     bias = np.zeros(3) if still is None else still.bias_rad_s
     notes = [

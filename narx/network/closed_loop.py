@@ -5,6 +5,7 @@ All floating types are computed in float64: a trained loop is nearly an
 integrator and amplifies rounding errors about 1e5-fold.
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,10 @@ from narx.network.kernel_arrays import (
     EXACT,
     back,
     broadcast,
+    compiled_for,
     flat,
     flat_weights,
+    gradients_by_torch,
     kernel_shape,
     lanes_for,
 )
@@ -34,6 +37,9 @@ def closed_loop(
     tanh: Tanh = "rational",
 ) -> tuple[Tensor, Tensor]:
     """Run a network in closed loop.
+
+    Compiled on the CPU, with the gradient. Gradients of the gradient (``create_graph=True``) and
+    the transforms of `torch.func` run in plain torch operations, hundreds of times slower.
 
     Parameters
     ----------
@@ -56,7 +62,7 @@ def closed_loop(
         State after the last sample: a long recording run in pieces gives the same outputs.
     """
     weights, inputs, state = broadcast(weights, inputs, state, structure)
-    if loops.AVAILABLE and inputs.device.type == "cpu":
+    if compiled_for(inputs):
         outputs, final = _ClosedLoop.apply(weights, inputs, state, structure, tanh)
         return outputs, final
     return closed_loop_by_torch(weights, inputs, state, structure=structure)
@@ -122,12 +128,16 @@ class _ClosedLoop(torch.autograd.Function):
         in_threads(part, len(x), len(lanes))
         ctx.save_for_backward(weights, inputs, state)
         ctx.kept = (w, x, s, outputs, shape, lanes, exact)
+        ctx.structure = structure
         return back(outputs, inputs.shape[:-1], inputs), back(final, state.shape, inputs)
 
     @staticmethod
-    @torch.autograd.function.once_differentiable
     def backward(ctx: Any, d_outputs: Tensor, d_final: Tensor) -> tuple[Tensor | None, ...]:
         weights, inputs, state = ctx.saved_tensors
+        if torch.is_grad_enabled():  # a graph of the gradients is asked for
+            run = partial(closed_loop_by_torch, structure=ctx.structure)
+            gradients = gradients_by_torch(run, ctx.saved_tensors, (d_outputs, d_final))
+            return *gradients, None, None
         w, x, s, outputs, *sizes = ctx.kept
         dy, df = flat(d_outputs, 1), flat(d_final, 1)
         dw, dx, ds = np.empty((len(x), w.shape[1])), np.empty_like(x), np.empty_like(s)

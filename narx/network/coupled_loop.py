@@ -14,10 +14,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from narx.kernels import loops
 from narx.network.cell import coupled_rates
 from narx.network.coupled_batch import CoupledBatch, Wanted
-from narx.network.kernel_arrays import back, flat
+from narx.network.kernel_arrays import back, compiled_for, flat, gradients_by_torch
 from narx.network.structure import NarxStructure, Tanh
 
 
@@ -35,8 +34,9 @@ def coupled_closed_loop(
     """Run one network on three coupled axes.
 
     Compiled on the CPU, with the gradient with respect to the weights. If a gradient with respect
-    to rates, state, posture or scales is required, and on other devices, it runs in plain torch
-    operations, hundreds of times slower.
+    to rates, state, posture or scales is required, for gradients of the gradient
+    (``create_graph=True``), in the transforms of `torch.func` and on other devices, it runs in
+    plain torch operations, hundreds of times slower.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def coupled_closed_loop(
     rates, state, posture = broadcast_axes(rates, state, posture, structure)
     others = (rates, state, posture, rate_scale, angle_scale)
     differentiated = torch.is_grad_enabled() and any(t.requires_grad for t in others)
-    if not loops.AVAILABLE or rates.device.type != "cpu" or differentiated:
+    if differentiated or not compiled_for(rates):
         return coupled_closed_loop_by_torch(
             weights,
             rates,
@@ -207,16 +207,24 @@ class _Coupled(torch.autograd.Function):
         batch = CoupledBatch(rates, state, posture, rate_scale, angle_scale, structure, tanh)
         angles, last = batch.run(flat(weights, 1))
         final = back(last, state.shape, rates)
-        ctx.save_for_backward(weights)
-        ctx.batch = batch
+        ctx.save_for_backward(weights, rates, state, posture, rate_scale, angle_scale)
+        ctx.batch, ctx.structure = batch, structure
         ctx.mark_non_differentiable(final)
         return back(angles, rates.shape, rates), final
 
     @staticmethod
-    @torch.autograd.function.once_differentiable
     def backward(ctx: Any, d_angles: Tensor, _: Tensor) -> tuple[Tensor | None, ...]:
-        weights: Tensor
-        (weights,) = ctx.saved_tensors
+        weights, *others = ctx.saved_tensors
+        if torch.is_grad_enabled():  # a graph of the gradient is asked for
+
+            def angles(weights: Tensor) -> Tensor:
+                rates, state, posture, rate_scale, angle_scale = others
+                return coupled_closed_loop_by_torch(
+                    weights, rates, state, posture, rate_scale=rate_scale,
+                    angle_scale=angle_scale, structure=ctx.structure,
+                )[0]  # fmt: skip
+
+            return *gradients_by_torch(angles, [weights], [d_angles]), *(None,) * 7
         # products of the derivatives with d_angles in place of the residuals
         batch: CoupledBatch = ctx.batch
         wanted = Wanted(flat(d_angles, 2), given=True)

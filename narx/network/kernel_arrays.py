@@ -1,12 +1,15 @@
 """Conversion of tensors of any batch shape to the flat float64 arrays of the kernels."""
 
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from narx.kernels import loops
 from narx.kernels.sizes import SCALAR, VECTOR, length
 from narx.network.structure import NarxStructure
 from narx.types import FloatArray
@@ -89,6 +92,50 @@ def broadcast(
         inputs.expand(*lead, *inputs.shape[-2:]),
         state.expand(*lead, structure.n_state),
     )
+
+
+def compiled_for(tensor: Tensor) -> bool:
+    """Return whether the compiled kernels can process a tensor.
+
+    Parameters
+    ----------
+    tensor : Tensor
+        Input of a network.
+
+    Returns
+    -------
+    bool
+        False on other devices than the CPU, where the kernels are not available, and inside a
+        transform of `torch.func`, whose tensors have no memory to read from.
+    """
+    transformed = torch._C._are_functorch_transforms_active()
+    return loops.AVAILABLE and tensor.device.type == "cpu" and not transformed
+
+
+def gradients_by_torch(
+    run: Callable[..., Any], inputs: Sequence[Tensor], d_outputs: Sequence[Tensor]
+) -> list[Tensor | None]:
+    """Differentiate plain torch operations so that the gradients can be differentiated again.
+
+    Parameters
+    ----------
+    run : callable
+        Inputs to outputs, in torch operations.
+    inputs : sequence of Tensor
+        As a `torch.autograd.Function` saved them.
+    d_outputs : sequence of Tensor
+        Gradients of the outputs.
+
+    Returns
+    -------
+    list of Tensor or None
+        Gradient of each input, with a graph; None where none is required.
+    """
+    wanted = [tensor for tensor in inputs if tensor.requires_grad]
+    found = iter(
+        torch.autograd.grad(run(*inputs), wanted, d_outputs, create_graph=True, allow_unused=True)
+    )
+    return [next(found) if tensor.requires_grad else None for tensor in inputs]
 
 
 def flat(tensor: Tensor, keep: int) -> FloatArray:

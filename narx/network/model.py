@@ -6,9 +6,11 @@ import torch
 from torch import Tensor, nn
 
 from narx.errors import UserError
+from narx.kinematics.rate_unit import warn_of_degrees
 from narx.network.cell import NarxCell
 from narx.network.closed_loop import closed_loop
 from narx.network.coupled_loop import coupled_closed_loop
+from narx.network.kernel_arrays import compiled_for
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
 
@@ -146,6 +148,8 @@ class Narx(nn.Module):
                 f"axis_rates has shape {tuple(axis_rates.shape)}, expected (..., N, 3): gyroscope "
                 "about the sagittal, frontal and transverse axis, rad/s"
             )
+        if compiled_for(axis_rates):
+            warn_of_degrees(axis_rates.detach().numpy(), "axis_rates")
         axis_rates = axis_rates.to(self.weights.dtype)
         lead = axis_rates.shape[:-2]
         if state is None:

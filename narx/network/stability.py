@@ -6,6 +6,7 @@ have a small training error; poles and contraction reveal what the error does no
 
 import itertools
 import math
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -286,7 +287,9 @@ def _distances_left(model: Narx, rates: torch.Tensor, rng: np.random.Generator) 
 
 def _excursion(model: Narx, rates: torch.Tensor, duration_s: float) -> tuple[float, float]:
     n_rest = math.ceil(duration_s * model.sampling_rate_hz)
-    with torch.no_grad():
+    with torch.no_grad(), warnings.catch_warnings():
+        # no leg is as fast, on purpose
+        warnings.simplefilter("ignore", UserWarning)
         away, state = model(10.0 * rates[:, : math.ceil(10.0 * model.sampling_rate_hz)])
         after, _ = model(torch.zeros(len(rates), n_rest, 3, dtype=rates.dtype), state)
         rest, _ = model(torch.zeros(1, n_rest, 3, dtype=rates.dtype))

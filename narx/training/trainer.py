@@ -15,6 +15,7 @@ from narx.inference.narx_method import AxisScaling
 from narx.inference.start_up import StartUp
 from narx.inference.tracker import PostureTracker
 from narx.inference.washout import WASHOUT_S, washout_gain
+from narx.kinematics.rate_unit import warn_of_degrees
 from narx.recordings.trial import Trial
 from narx.training.design import NetworkDesign, train_network
 from narx.training.levenberg_marquardt import LevenbergMarquardt
@@ -188,6 +189,8 @@ class Trainer:
     ) -> Checkpoint:
         if not training:
             raise UserError("training: there is no sequence to train on")
+        for sequence in training:
+            warn_of_degrees(sequence.signals.axis_rates_rad_s, f"training: {sequence.name}")
         if not validation:
             training, validation = hold_back(training, self.held_back)
         model, history = train_network(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from narx.errors import UserError
+from narx.kinematics.rate_unit import warn_of_degrees
 from narx.method import SegmentSignals
 from narx.types import BoolArray, FloatArray
 
@@ -69,6 +70,11 @@ def from_arrays(
     UserError
         If a shape or the sampling rate is wrong, a value is infinite, or no stretch is long
         enough.
+
+    Warns
+    -----
+    UserWarning
+        If the rates are too fast for a leg, as in degrees per second.
     """
     rates, angles = np.array(rates_rad_s, dtype=float), np.array(angles_rad, dtype=float)
     for what, values in (("rates_rad_s", rates), ("angles_rad", angles)):
@@ -82,6 +88,7 @@ def from_arrays(
             raise UserError(f"{name}: {what} is infinite at sample {row}")
     if not 0 < sampling_rate_hz < np.inf:
         raise UserError(f"{name}: sampling_rate_hz is {sampling_rate_hz}, expected above 0 Hz")
+    warn_of_degrees(rates, f"{name}: rates_rad_s")
     signals = SegmentSignals(name, float(sampling_rate_hz), rates, np.full_like(rates, np.nan))
     sequences = contiguous(name, signals, angles, np.ones(len(rates), dtype=bool), weight)
     if not sequences:
