@@ -197,7 +197,7 @@ def trainer(cfg: DictConfig) -> Trainer:
         Ready to fit.
     """
     model: ModelSettings = instantiate(cfg.model, _convert_="all")
-    segments = cfg.training.segments
+    segments, start = cfg.training.segments, cfg.training.start
     return Trainer(
         model,
         model.objective,
@@ -213,6 +213,8 @@ def trainer(cfg: DictConfig) -> Trainer:
         model.axis_scaling,
         model.washout_s,
         cfg.training.held_back,
+        cfg.training.align_clock,
         cfg.training.seed,
         model.tracker,
+        None if start is None else checkpoints.load(Path(start)),
     )

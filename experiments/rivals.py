@@ -70,7 +70,8 @@ class Rivals:
         self._fit({row: method for row, method in methods.items() if method.learns}, fold, prepare)
         if not (self.cfg.choose and self.grids and fold.training):
             return methods
-        objective = self.cfg.model.objective
+        objective = instantiate(self.cfg.model.objective, _convert_="all")
+        objective = objective.for_axes(self.cfg.model.coupled)
         training = TrainingPart(
             fold,
             prepare,

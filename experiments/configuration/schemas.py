@@ -54,6 +54,8 @@ class Training(Section):
     seed: Seed = 0
     skip_s: Seconds = 5.0
     held_back: Fraction = 0.25
+    align_clock: bool = True
+    start: FilePath | None = None
     segments: Names | None = None
     weights: dict[Name, Positive] = {}
 

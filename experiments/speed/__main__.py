@@ -32,22 +32,19 @@ from narx.experiments.speed import peers as peers
 from narx.experiments.speed import solvers as solvers
 from narx.experiments.speed.compiled_c import CompiledC
 from narx.experiments.speed.first_use import first_use
+from narx.experiments.speed.task import (
+    STRUCTURE,
+    gait_like,
+    open_loop_fit,
+    open_then_closed,
+    random_starts,
+)
 from narx.network.closed_loop import closed_loop
 from narx.network.coupled_loop import coupled_closed_loop
-from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
-from narx.training.least_squares.one_step import OneStepFit
 from narx.training.least_squares.solver import Options, levenberg_marquardt
 from narx.training.least_squares.stopping import Stopping
-from narx.training.multi_start import (
-    MultiStartResult,
-    multi_start,
-    network_curriculum,
-    normal_starts,
-)
-from narx.windows.lagged import LaggedWindows
-
-_STRUCTURE = NarxStructure()
+from narx.training.multi_start import MultiStartResult, multi_start
 
 
 @dataclass(frozen=True)
@@ -95,51 +92,6 @@ def timed(work: Callable[[], Any], repeats: int, scale: float = 1.0) -> Timing:
     return Timing(float(median), float(q25), float(q75), repeats)
 
 
-def gait_like(n: int, rate_hz: float = 500.0) -> tuple[FloatArray, FloatArray]:
-    """Generate a normalised rate and angle similar to those of a thigh in the sagittal plane.
-
-    Parameters
-    ----------
-    n : int
-        Samples.
-    rate_hz : float
-        Sampling rate.
-
-    Returns
-    -------
-    rate, angle : ndarray, shape (n,)
-        Each with a largest magnitude of one.
-    """
-    time_s = np.arange(n) / rate_hz
-    sway = 0.2 * np.sin(2 * np.pi * 0.05 * time_s)
-    harmonics = ((20.0, 0.0), (6.0, 1.0), (2.5, 2.0), (1.0, 0.5), (0.4, 0.1))
-    angle = sum(
-        size * np.sin(2 * np.pi * 0.9 * k * time_s + phase + k * sway)
-        for k, (size, phase) in enumerate(harmonics, start=1)
-    )
-    rate = np.gradient(angle, 1.0 / rate_hz)
-    rate = rate + 0.002 * np.abs(rate).max() * np.random.default_rng(0).standard_normal(n)
-    return rate / np.abs(rate).max(), angle / np.abs(angle).max()
-
-
-def open_loop_fit(v: FloatArray, target: FloatArray) -> OneStepFit:
-    """Make the one-step fit that the peers solve as well: zero before the first sample.
-
-    Parameters
-    ----------
-    v, target : ndarray, shape (N,)
-        Input and measured output.
-
-    Returns
-    -------
-    OneStepFit
-        Of the default network.
-    """
-    before = np.zeros(_STRUCTURE.output_lags)
-    windows = LaggedWindows([np.concatenate([before, v])], [np.concatenate([before, target])])
-    return OneStepFit(windows, _STRUCTURE)
-
-
 class _Bench:
     """Signals, a trained network, and the timings."""
 
@@ -151,11 +103,9 @@ class _Bench:
         self.targets = torch.from_numpy(self.target)
         self.rng = np.random.default_rng(cfg.seed)
         self.open = open_loop_fit(self.v, self.target)
-        self.closed = NetworkFit(self.inputs, self.targets, structure=_STRUCTURE)
-        stages = network_curriculum(
-            self.inputs, self.targets, structure=_STRUCTURE, horizons=(1, None)
-        )
-        starts = normal_starts(_STRUCTURE, 16, self.rng)
+        self.closed = NetworkFit(self.inputs, self.targets, structure=STRUCTURE)
+        stages = open_then_closed(self.v, self.target)
+        starts = random_starts(16, self.rng)
         self.weights = multi_start(stages, starts, self.closed).weights
 
     def time(
@@ -196,7 +146,7 @@ def _closed_loop_jacobian(bench: _Bench, c: CompiledC | None) -> None:
 
 def _open_loop_training(bench: _Bench) -> dict[str, Any]:
     cfg, n = bench.cfg, bench.cfg.iterations
-    start = normal_starts(_STRUCTURE, 1, np.random.default_rng(cfg.seed))[0]
+    start = random_starts(1, np.random.default_rng(cfg.seed))[0]
     options = Options(Stopping(max_evaluations=n, gradient=0.0, step=0.0))
     bench.time("open_loop_lm.narx", lambda: levenberg_marquardt(bench.open, start, options))
     if not cfg.peers:
@@ -222,10 +172,11 @@ def _solvers(bench: _Bench, n: int) -> dict[str, solvers.Train]:
 def _race(bench: _Bench) -> dict[str, Any]:
     """Time from the same starts to the same mean square of one-step errors."""
     cfg = bench.cfg
-    starts = normal_starts(_STRUCTURE, cfg.n_cost_starts, np.random.default_rng(cfg.seed))
+    starts = random_starts(cfg.n_cost_starts, np.random.default_rng(cfg.seed))
     level, n = 1e-6, 1000
     result: dict[str, Any] = {"mean_square": level, "n_starts": len(starts)}
-    options = Options(Stopping(max_evaluations=n, gradient=0.0, step=0.0, cost=level))
+    squares = level * bench.open.n_residuals
+    options = Options(Stopping(max_evaluations=n, gradient=0.0, step=0.0, squares=squares))
 
     def narx(start: FloatArray, level: float) -> solvers.Trained:
         found = levenberg_marquardt(bench.open, start, options)
@@ -262,7 +213,7 @@ def _rollout(bench: _Bench, c: CompiledC | None) -> dict[str, float]:
         name = f"rollout_{n_channels}"
 
         def work(inputs: torch.Tensor = inputs) -> torch.Tensor:
-            return closed_loop(w, inputs, structure=_STRUCTURE)[0]
+            return closed_loop(w, inputs, structure=STRUCTURE)[0]
 
         bench.time(f"{name}.narx", work, slow=n_channels > 1)
         threads = torch.get_num_threads()
@@ -277,7 +228,7 @@ def _rollout(bench: _Bench, c: CompiledC | None) -> dict[str, float]:
             timing = timed(scripted, cfg.slow_repeats, cfg.n_rollout_samples / part)
             bench.timings[f"{name}.torchscript"] = timing
             print(f"  {name + '.torchscript':<44} {1e3 * timing.median_s:12.4g} ms", flush=True)
-        exact, _ = closed_loop(w, inputs[:8], structure=_STRUCTURE, tanh="exact")
+        exact, _ = closed_loop(w, inputs[:8], structure=STRUCTURE, tanh="exact")
         errors[name] = float((work(inputs[:8]) - exact).abs().max())
     return errors
 
@@ -285,10 +236,8 @@ def _rollout(bench: _Bench, c: CompiledC | None) -> dict[str, float]:
 def _multi_start(bench: _Bench) -> dict[str, float]:
     cfg = bench.cfg
     options = Options(Stopping(max_evaluations=cfg.iterations, gradient=0.0, step=0.0))
-    stages = network_curriculum(
-        bench.inputs, bench.targets, structure=_STRUCTURE, horizons=(1, None)
-    )
-    starts = normal_starts(_STRUCTURE, cfg.n_starts, np.random.default_rng(cfg.seed))
+    stages = open_then_closed(bench.v, bench.target)
+    starts = random_starts(cfg.n_starts, np.random.default_rng(cfg.seed))
 
     def work() -> MultiStartResult:
         return multi_start(stages, starts, bench.closed, options)
@@ -322,7 +271,7 @@ def _paper(bench: _Bench) -> None:
         for part in rates.split(20):
             coupled_closed_loop(
                 weights, part, rate_scale=2.0 * scale, angle_scale=0.4 * scale,
-                structure=_STRUCTURE,
+                structure=STRUCTURE,
             )  # fmt: skip
 
     bench.time("coupled_75_minutes_4_imus.narx", work, slow=True)

@@ -12,17 +12,15 @@ _PROGRAM = """
 import time; start = time.perf_counter()
 import numpy as np, torch
 from narx.network.closed_loop import closed_loop
-from narx.training.multi_start import multi_start, network_curriculum, normal_starts
-from narx.network.structure import NarxStructure
+from narx.experiments.speed.task import STRUCTURE, open_then_closed, random_starts
+from narx.training.multi_start import multi_start
 imported = time.perf_counter()
-structure = NarxStructure()
-v = torch.from_numpy(np.random.default_rng(0).standard_normal((200, 1)))
-target = 0.1 * v[:, 0]
-stages = network_curriculum(v, target, structure=structure, horizons=(1, None))
-starts = normal_starts(structure, 16, np.random.default_rng(0))
-best = multi_start(stages, starts, stages[-1].problem)
-closed_loop(torch.from_numpy(best.weights), v, structure=structure)
-closed_loop(torch.from_numpy(best.weights), v.expand(9, 200, 1), structure=structure)
+v = np.random.default_rng(0).standard_normal(200)
+stages = open_then_closed(v, 0.1 * v)
+best = multi_start(stages, random_starts(16, np.random.default_rng(0)), stages[-1].problem)
+weights, inputs = torch.from_numpy(best.weights), torch.from_numpy(v)[:, None]
+closed_loop(weights, inputs, structure=STRUCTURE)
+closed_loop(weights, inputs.expand(9, 200, 1), structure=STRUCTURE)
 print(time.perf_counter() - imported)
 """
 

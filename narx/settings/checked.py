@@ -61,7 +61,8 @@ def check_fields(instance: Any, where: str) -> None:
     Parameters
     ----------
     instance : dataclass
-        Calls this in its ``__post_init__``.
+        Calls this in its ``__post_init__``; its fields get the annotated types, such as false for
+        ``no`` and a tuple for a list.
     where : str
         Begins the message.
 
@@ -71,7 +72,9 @@ def check_fields(instance: Any, where: str) -> None:
         With the field's name, its value and what is allowed.
     """
     made_by: Callable[..., Any] = type(instance)
-    validated(_model(made_by), vars(instance), f"{where}.")
+    values = validated(_model(made_by), vars(instance), f"{where}.")
+    for name in values.model_fields_set:
+        object.__setattr__(instance, name, getattr(values, name))
 
 
 @functools.cache

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from inspect import signature
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from narx.errors import UserError
 from narx.gait.spectrum import hidden_neurons
@@ -16,15 +17,16 @@ from narx.network.model import Narx
 from narx.network.normalisation import Kind, Normalisation
 from narx.network.stability import stability_statement
 from narx.network.structure import NarxStructure
+from narx.settings import check_fields
 from narx.training.batch import InitialState, batch
 from narx.training.objective import Log, Objective, Optimizer
 from narx.training.progress import Progress, fingerprint
-from narx.training.ranges import one_of, whole, yes_or_no
 from narx.windows.sequences import TrainingSequence
 
 # compiled loops are unrolled over neurons and delays, and normal equations grow with the square
 # of the weights, for every start
-_MOST_HIDDEN, _MOST_LAGS, _MOST_WEIGHTS = 64, 64, 600
+_MOST_WEIGHTS = 600
+_Size = Annotated[int, Field(ge=1, le=64)]
 
 
 @dataclass(frozen=True)
@@ -52,23 +54,16 @@ class NetworkDesign:
         or the network would have more weights than a training can hold in memory.
     """
 
-    hidden: int | Literal["auto"] = 3
-    input_lags: int = 2
-    output_lags: int = 2
+    hidden: _Size | Literal["auto"] = 3
+    input_lags: _Size = 2
+    output_lags: _Size = 2
     odd: bool = True
     coupled: bool = True
     normalisation: Kind = "std"
     initial_state: InitialState = "teacher"
 
     def __post_init__(self) -> None:
-        if self.hidden != "auto":
-            whole("model.hidden", self.hidden, 1, _MOST_HIDDEN)
-        whole("model.input_lags", self.input_lags, 1, _MOST_LAGS)
-        whole("model.output_lags", self.output_lags, 1, _MOST_LAGS)
-        yes_or_no("model.odd", self.odd)
-        yes_or_no("model.coupled", self.coupled)
-        one_of("model.normalisation", self.normalisation, get_args(Kind))
-        one_of("model.initial_state", self.initial_state, get_args(InitialState))
+        check_fields(self, "model")
         hidden = 1 if self.hidden == "auto" else self.hidden
         self._check_size(hidden)
         if self.normalisation == "min_max" and (self.odd or self.coupled):
@@ -199,8 +194,9 @@ def train_network(
     UserError
         If the network to go on from is of another design.
     """
+    objective = objective.for_axes(design.coupled)
     if start is None:
-        model = design.untrained(training, objective.offset_free)
+        model = design.untrained(training, bool(objective.offset_free))
     else:
         design.check_same(start)
         model = copy.deepcopy(start)

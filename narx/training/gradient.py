@@ -1,22 +1,31 @@
 """Training by gradients through the closed loop: torch's LBFGS and Adam."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 import torch
+from pydantic import Field
 from torch import Tensor
 
 from narx.errors import UserError
 from narx.network.model import Narx
+from narx.settings import check_fields
 from narx.training.batch import Batch
 from narx.training.initial_weights import typical_sizes
 from narx.training.objective import FitReport, Log, Objective
-from narx.training.optimizer import check_common, spread_report, starts_of
+from narx.training.optimizer import (
+    Curriculum,
+    IterationCount,
+    NotNegative,
+    Share,
+    StartCount,
+    spread_report,
+    starts_of,
+)
 from narx.training.progress import Progress, State
-from narx.training.ranges import between, whole
 from narx.training.restarts import Restarts
 from narx.training.stages import Stage, closed_loop_fit, stages_of
 from narx.types import FloatArray
@@ -36,20 +45,18 @@ _Step = Callable[[Callable[[], Tensor]], None]
 
 @dataclass(frozen=True)
 class _GradientOptimizer:
-    restarts: int = 4
-    iterations: int = 100
-    curriculum: Sequence[str | int] = field(default=("open", "closed"))
-    prior_deg2: float = 1.0
-    cost_change: float = 1e-6
+    restarts: StartCount = 4
+    iterations: IterationCount = 100
+    curriculum: Curriculum = ("open", "closed")
+    prior_deg2: NotNegative = 1.0
+    cost_change: Share = 1e-6
     device: str | None = None
 
     # iterations over which the cost must fall by more than `cost_change` each
     _patience = 10
 
     def __post_init__(self) -> None:
-        check_common(
-            self.restarts, self.iterations, self.curriculum, self.prior_deg2, self.cost_change
-        )
+        check_fields(self, "optimizer")
         if self.device is not None:
             try:
                 torch.zeros(1, dtype=torch.float64, device=self.device)
@@ -220,11 +227,7 @@ class Lbfgs(_GradientOptimizer):
         If a value is out of its range.
     """
 
-    history_size: int = 20
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        whole("optimizer.history_size", self.history_size, 1, 1000)
+    history_size: Annotated[int, Field(ge=1, le=1000)] = 20
 
     def _stepper(self, parameter: Tensor) -> tuple[_Step, list[Any]]:
         optimizer = torch.optim.LBFGS(
@@ -271,16 +274,12 @@ class Adam(_GradientOptimizer):
         If a value is out of its range.
     """
 
-    restarts: int = 2
-    iterations: int = 800
-    cost_change: float = 0.0
-    learning_rate: float = 0.03
+    restarts: StartCount = 2
+    iterations: IterationCount = 800
+    cost_change: Share = 0.0
+    learning_rate: Annotated[float, Field(ge=1e-9, le=10)] = 0.03
 
     _patience = 10**9
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        between("optimizer.learning_rate", self.learning_rate, 1e-9, 10.0)
 
     def _stepper(self, parameter: Tensor) -> tuple[_Step, list[Any]]:
         optimizer = torch.optim.Adam([parameter], lr=self.learning_rate, betas=(0.9, 0.99))

@@ -2,22 +2,30 @@
 
 import threading
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import torch
 
 from narx.network.model import Narx
+from narx.settings import check_fields
 from narx.training.batch import Batch
-from narx.training.least_squares.damping import Damping
 from narx.training.least_squares.solver import Options
 from narx.training.least_squares.stopping import Stopping
 from narx.training.multi_start import multi_start
 from narx.training.objective import FitReport, Log, Objective
-from narx.training.optimizer import check_common, restart_tag, spread_report, starts_of
+from narx.training.optimizer import (
+    Curriculum,
+    IterationCount,
+    NotNegative,
+    Share,
+    StartCount,
+    restart_tag,
+    spread_report,
+    starts_of,
+)
 from narx.training.progress import Progress
-from narx.training.ranges import yes_or_no
 from narx.training.stages import closed_loop_fit, stages_of
 from narx.types import FloatArray
 
@@ -38,7 +46,16 @@ class LevenbergMarquardt:
         Mean squared error, in deg^2, equivalent to a change of a weight of the leaky integrator by
         100 %; 0 for no prior.
     cost_change : float
-        A start stops when a step lowers its cost by less than this share.
+        A start stops when a step lowers its cost by less than this share; 0 for never, as below.
+    gradient : float
+        A start stops when no entry of its gradient is larger than this share of its cost.
+    step : float
+        A start stops when a step changes its weights by less than this share of their norm.
+    cost_deg2 : float
+        A start ends a stage whose cost is as low as this, deg^2.
+    damping : {"diagonal", "identity"}
+        Marquardt's, in proportion to each weight's own curvature, or Levenberg's, equal for all:
+        the weights of the first and second layer differ in size by orders of magnitude.
     bayesian : bool
         Bayesian regularisation (`narx.training.least_squares.solver.Options`) instead of the prior.
 
@@ -48,18 +65,19 @@ class LevenbergMarquardt:
         If a value is out of its range.
     """
 
-    restarts: int = 16
-    iterations: int = 100
-    curriculum: Sequence[str | int] = field(default=("open", "closed"))
-    prior_deg2: float = 1.0
-    cost_change: float = 1e-6
+    restarts: StartCount = 16
+    iterations: IterationCount = 100
+    curriculum: Curriculum = ("open", "closed")
+    prior_deg2: NotNegative = 1.0
+    cost_change: Share = 1e-6
+    gradient: NotNegative = 1e-12
+    step: NotNegative = 1e-12
+    cost_deg2: NotNegative = 0.0
+    damping: Literal["diagonal", "identity"] = "diagonal"
     bayesian: bool = False
 
     def __post_init__(self) -> None:
-        check_common(
-            self.restarts, self.iterations, self.curriculum, self.prior_deg2, self.cost_change
-        )
-        yes_or_no("optimizer.bayesian", self.bayesian)
+        check_fields(self, "optimizer")
 
     def fit(
         self,
@@ -103,10 +121,9 @@ class LevenbergMarquardt:
             If no sample counts, or no start stays finite.
         """
         options = Options(
-            Stopping(max_evaluations=self.iterations, cost_change=self.cost_change),
-            # first and second layer differ in size by orders of magnitude
-            Damping(scaling="diagonal"),
-            bayesian=self.bayesian,
+            Stopping(self.iterations, self.gradient, self.step, self.cost_change),
+            self.damping,
+            self.bayesian,
         )
         prior = 0.0 if self.bayesian else self.prior_deg2
         starts, curriculum = starts_of(model, rng, self.restarts, self.curriculum, start)
@@ -131,6 +148,7 @@ class LevenbergMarquardt:
             chosen_by,
             options,
             trainable=model.trainable.numpy(),
+            low_enough=self.cost_deg2,
             log=live,
             progress=progress,
         )

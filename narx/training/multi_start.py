@@ -6,7 +6,7 @@ closed loop, and the best in closed loop on held-out samples is chosen.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -16,16 +16,12 @@ from torch import Tensor
 
 from narx.errors import UserError
 from narx.kernels.threads import in_threads
-from narx.network.structure import NarxStructure
-from narx.training.least_squares.axis import NetworkFit
-from narx.training.least_squares.one_step import OneStepFit
 from narx.training.least_squares.problem import LeastSquaresProblem
 from narx.training.least_squares.solver import Options, Result, levenberg_marquardt
 from narx.training.least_squares.stopping import ResultCode
 from narx.training.progress import Progress
 from narx.training.stages import Stage
-from narx.types import BoolArray, FloatArray
-from narx.windows.lagged import LaggedWindows
+from narx.types import FloatArray
 
 # starts that are trained in parallel, and a unit of work for a thread; fixed, so that results do
 # not depend on the number of threads
@@ -135,15 +131,17 @@ class _Group:
         self,
         stages: Sequence[Stage],
         weights: FloatArray,
-        options: Options | None,
+        options: Options,
         trainable: ArrayLike | None,
+        low_enough: float,
     ) -> FloatArray:
         for stage in stages[len(self.results) :]:
             start = self.results[-1].weights if self.results else weights
+            squares = low_enough / stage.mean_square
             result = levenberg_marquardt(
                 stage.problem,
                 start,
-                options,
+                replace(options, stopping=replace(options.stopping, squares=squares)),
                 trainable=trainable,
                 log=partial(self._add, stage.mean_square),
                 state=self._running,
@@ -176,95 +174,6 @@ def _result(kept: Mapping[str, Any]) -> Result:
     return Result(**arrays | {"history": history, "codes": codes})
 
 
-def normal_starts(
-    structure: NarxStructure,
-    n: int,
-    rng: np.random.Generator,
-    scale: float = 0.5,
-    odd: bool = False,
-) -> FloatArray:
-    """Draw starts from a normal distribution.
-
-    Parameters
-    ----------
-    structure : NarxStructure
-        Sizes of the network.
-    n : int
-        Number of starts.
-    rng : numpy.random.Generator
-        Random number generator.
-    scale : float
-        Standard deviation of the weights.
-    odd : bool
-        Set the biases to zero.
-
-    Returns
-    -------
-    ndarray, shape (n, P)
-        Flat weights.
-    """
-    starts = scale * rng.standard_normal((n, structure.n_weights))
-    if odd:
-        starts[:, biases(structure)] = 0.0
-    return starts
-
-
-def biases(structure: NarxStructure) -> BoolArray:
-    """Return which weights are biases, which an odd network keeps at zero.
-
-    Parameters
-    ----------
-    structure : NarxStructure
-        Sizes of the network.
-
-    Returns
-    -------
-    ndarray of bool, shape (P,)
-        True for b1 and b2.
-    """
-    is_bias = np.zeros(structure.n_weights, dtype=bool)
-    is_bias[structure.b1] = is_bias[structure.b2] = True
-    return is_bias
-
-
-def network_curriculum(
-    inputs: Tensor,
-    targets: Tensor,
-    *,
-    structure: NarxStructure,
-    horizons: Sequence[int | None] = (1, 50, None),
-) -> list[Stage]:
-    """Put the fit of one network to one sequence, from a state of zero, into growing horizons.
-
-    Parameters
-    ----------
-    inputs : Tensor, shape (N, n_inputs)
-        Normalised inputs.
-    targets : Tensor, shape (N,)
-        Normalised outputs wanted; NaN samples do not count.
-    structure : NarxStructure
-        Sizes of the network.
-    horizons : sequence of int or None
-        Samples ahead in each stage: 1 is open loop, None the closed loop.
-
-    Returns
-    -------
-    list of Stage
-        Ready for `multi_start`.
-    """
-    stages = []
-    for horizon in horizons:
-        fit: LeastSquaresProblem
-        if horizon == 1:
-            lags = structure.input_lags, structure.output_lags
-            fit = OneStepFit(LaggedWindows([inputs.numpy()], [targets.numpy()], *lags), structure)
-        else:
-            fit = NetworkFit(inputs, targets, structure=structure, horizon=horizon)
-        name = {1: "open_loop", None: "closed_loop"}.get(horizon, f"horizon_{horizon}")
-        stages.append(Stage(name, fit, 1.0 / max(fit.total_weight, 1.0)))
-    return stages
-
-
 def multi_start(
     stages: Sequence[Stage],
     starts: ArrayLike,
@@ -272,6 +181,7 @@ def multi_start(
     options: Options | None = None,
     *,
     trainable: ArrayLike | None = None,
+    low_enough: float = 0.0,
     log: Callable[[int, FloatArray, float], None] | None = None,
     progress: Progress | None = None,
 ) -> MultiStartResult:
@@ -289,6 +199,8 @@ def multi_start(
         Of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
         Weights that may move; all if not given.
+    low_enough : float
+        A start ends a stage whose mean square (`Stage.mean_square`) is as low as this.
     log : callable, optional
         Called after each iteration of a group of starts, possibly from several threads: number
         of its first start, the starts' costs, and the stage's factor to mean squares.
@@ -305,6 +217,7 @@ def multi_start(
     UserError
         If no start has a finite error.
     """
+    options = options or Options()
     weights = np.atleast_2d(np.array(starts, dtype=np.float64))
     n_starts = len(weights)
     errors = np.full(n_starts, np.nan)
@@ -315,7 +228,7 @@ def multi_start(
         for group in range(first, last, _TOGETHER):
             rows = slice(group, min(group + _TOGETHER, last))
             one = _Group(group, log, Progress() if progress is None else progress)
-            weights[rows] = one.train(stages, weights[rows], options, trainable)
+            weights[rows] = one.train(stages, weights[rows], options, trainable, low_enough)
             by_group[group] = one.results
             squares = validation.products(weights[rows])[:, -1, -1]
             errors[rows] = np.sqrt(squares / max(validation.total_weight, 1e-300))

@@ -2,20 +2,22 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 import torch
-from torch import Tensor
+from pydantic import Field
 from torch.nn.functional import pad
 
 from narx.errors import UserError
 from narx.network.model import Narx
+from narx.settings import Seconds, check_fields
 from narx.training.batch import Batch
 from narx.training.progress import Progress
-from narx.training.ranges import between, yes_or_no
 from narx.types import FloatArray
+
+_NotNegative = Annotated[float, Field(ge=0)]
 
 # progress reported by an optimizer: iteration, and numbers by name (cost, damping, ...)
 Log = Callable[[int, dict[str, float]], None]
@@ -33,9 +35,9 @@ class Objective:
     ----------
     axis_weights : tuple of three floats
         Of the squared errors of the sagittal, frontal and transverse axis.
-    offset_free : bool
+    offset_free : bool, optional
         Remove each sequence's mean error on each axis first: the start-up finds the mean angle.
-        For coupled axes alone.
+        For coupled axes alone, and by default.
     washout_s : float
         Time after a sequence's start that does not count, s.
     rest_weight : float
@@ -52,30 +54,44 @@ class Objective:
         If a value is out of its range, or no axis counts.
     """
 
-    axis_weights: tuple[float, float, float] = (1.0, 1.0, 0.0)
-    offset_free: bool = True
-    washout_s: float = 0.0
-    rest_weight: float = 0.1
-    rest_leak_rad_s: float = 0.05
+    axis_weights: tuple[_NotNegative, _NotNegative, _NotNegative] = (1.0, 1.0, 0.0)
+    offset_free: bool | None = None
+    washout_s: Seconds = 0.0
+    rest_weight: _NotNegative = 0.1
+    # a slower return would take more samples than any training has
+    rest_leak_rad_s: Annotated[float, Field(ge=1e-3, le=100)] = 0.05
 
     def __post_init__(self) -> None:
-        name = "model.objective"
-        try:
-            weights = tuple(self.axis_weights)
-        except TypeError:
-            weights = ()
-        if len(weights) != 3:
-            raise UserError(f"{name}.axis_weights is '{self.axis_weights}', expected 3 numbers")
-        for weight in weights:
-            between(f"{name}.axis_weights", weight, 0.0)
-        if not any(weights):
-            raise UserError(f"{name}.axis_weights is {list(weights)}, expected one above 0")
-        object.__setattr__(self, "axis_weights", weights)
-        yes_or_no(f"{name}.offset_free", self.offset_free)
-        between(f"{name}.washout_s", self.washout_s, 0.0)
-        between(f"{name}.rest_weight", self.rest_weight, 0.0)
-        # a slower return would take more samples than any training has
-        between(f"{name}.rest_leak_rad_s", self.rest_leak_rad_s, 1e-3, 100.0)
+        check_fields(self, "model.objective")
+        if not any(self.axis_weights):
+            raise UserError(
+                f"model.objective.axis_weights is {list(self.axis_weights)}, expected one above 0"
+            )
+
+    def for_axes(self, coupled: bool) -> "Objective":
+        """Return the objective of a network whose axes are coupled or not.
+
+        Parameters
+        ----------
+        coupled : bool
+            As the network's.
+
+        Returns
+        -------
+        Objective
+            With `offset_free` decided.
+
+        Raises
+        ------
+        UserError
+            If mean errors are to be removed, and the axes are not coupled.
+        """
+        if self.offset_free and not coupled:
+            raise UserError(
+                "model.objective.offset_free=true needs model.coupled=true; leave it out, or set "
+                "model.objective.offset_free=false"
+            )
+        return replace(self, offset_free=coupled) if self.offset_free is None else self
 
     def washout_samples(self, model: Narx) -> int:
         """Samples that do not count at a network's rate.
@@ -133,32 +149,6 @@ class Objective:
             torch.cat([sequences.weight, weight[None]]),
         )
 
-    def mean_square(self, model: Narx, sequences: Batch) -> Tensor:
-        """Mean squared error that counts, differentiable by the network's weights.
-
-        Parameters
-        ----------
-        model : Narx
-            Network.
-        sequences : Batch
-            What to run it on.
-
-        Returns
-        -------
-        Tensor
-            Scalar, rad^2.
-        """
-        angles, _ = model(sequences.rates_rad_s, sequences.state, sequences.posture_rad)
-        counts = torch.isfinite(sequences.targets_rad)
-        counts[:, : self.washout_samples(model)] = False
-        error = torch.where(counts, angles - sequences.targets_rad.nan_to_num(), 0.0)
-        if self.offset_free:
-            mean = error.sum(dim=1, keepdim=True) / counts.sum(dim=1, keepdim=True).clamp(min=1)
-            error = torch.where(counts, error - mean, 0.0)
-        axes = torch.tensor(self.axis_weights, dtype=error.dtype)
-        weights = sequences.weight[:, None, None] * axes * counts
-        return (weights * error.square()).sum() / weights.sum()
-
 
 @dataclass(frozen=True)
 class FitReport:
@@ -182,6 +172,7 @@ class FitReport:
     restarts: dict[str, float]
 
 
+@runtime_checkable
 class Optimizer(Protocol):
     """Finds weights: Levenberg-Marquardt, LBFGS, Adam."""
 

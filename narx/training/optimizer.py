@@ -1,49 +1,28 @@
-"""Common parts of all optimisers: ranges of settings, starts, and the report of their spread."""
+"""Common parts of all optimisers: types of settings, starts, and the report of their spread."""
 
 from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from narx.network.model import Narx
 from narx.training.initial_weights import random_weights
-from narx.training.ranges import between, whole
-from narx.training.stages import check_curriculum
 from narx.types import FloatArray
 
-# limits of time and memory
-_MOST_RESTARTS, _MOST_ITERATIONS = 10_000, 1_000_000
-
-
-def check_common(
-    restarts: int,
-    iterations: int,
-    curriculum: Sequence[str | int],
-    prior_deg2: float,
-    cost_change: float,
-) -> None:
-    """Refuse settings that no optimiser can take.
-
-    Parameters
-    ----------
-    restarts, iterations : int
-        Starts, and iterations of each.
-    curriculum : sequence of {"open", int, "closed"}
-        Stages.
-    prior_deg2 : float
-        Strength of the prior, deg^2.
-    cost_change : float
-        Share of the cost by which a step must lower it.
-
-    Raises
-    ------
-    UserError
-        Naming the field, its value and what is allowed.
-    """
-    whole("optimizer.restarts", restarts, 1, _MOST_RESTARTS)
-    whole("optimizer.iterations", iterations, 0, _MOST_ITERATIONS)
-    check_curriculum(curriculum)
-    between("optimizer.prior_deg2", prior_deg2, 0.0)
-    between("optimizer.cost_change", cost_change, 0.0, 1.0)
+# upper limits: time and memory
+StartCount = Annotated[int, Field(ge=1, le=10_000)]
+IterationCount = Annotated[int, Field(ge=0, le=1_000_000)]
+NotNegative = Annotated[float, Field(ge=0)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Curriculum = Annotated[
+    tuple[Literal["open", "closed"] | Annotated[int, Field(ge=2)], ...],
+    Field(
+        min_length=1,
+        description="open, closed or a number of samples ahead (2 or more), in a list such as "
+        "[open, closed]",
+    ),
+]
 
 
 def starts_of(

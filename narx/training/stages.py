@@ -38,33 +38,6 @@ class Stage:
     mean_square: float
 
 
-def check_curriculum(curriculum: Sequence[str | int]) -> None:
-    """Refuse a curriculum with an unknown stage.
-
-    Parameters
-    ----------
-    curriculum : sequence of {"open", int, "closed"}
-        Curriculum of an optimiser.
-
-    Raises
-    ------
-    UserError
-        If it is empty, or a stage is neither open, closed nor a number of samples from 2 on.
-    """
-    stages = [curriculum] if isinstance(curriculum, str) else list(curriculum)
-    for stage in stages:
-        samples = isinstance(stage, int) and not isinstance(stage, bool) and stage >= 2
-        if stage not in ("open", "closed") and not samples:
-            raise UserError(
-                f"optimizer.curriculum holds '{stage}', expected open, closed or a number of "
-                "samples ahead (2 or more)"
-            )
-    if not stages or isinstance(curriculum, str):
-        raise UserError(
-            f"optimizer.curriculum is '{curriculum}', expected a list such as [open, closed]"
-        )
-
-
 def stages_of(
     model: Narx,
     training: Batch,
@@ -145,11 +118,7 @@ def closed_loop_fit(
         If no sample counts, so that any network would have an error of zero; or if mean errors
         are not to count, and the axes are not coupled.
     """
-    if objective.offset_free and not model.coupled:
-        raise UserError(
-            "model.objective.offset_free=true needs model.coupled=true; with axes on their own "
-            "set model.objective.offset_free=false"
-        )
+    objective = objective.for_axes(model.coupled)
     washout = objective.washout_samples(model)
     scaled = model.normalisation
     if model.coupled:
@@ -165,7 +134,7 @@ def closed_loop_fit(
             axis_weights=objective.axis_weights,
             sequence_weights=sequences.weight,
             washout=washout,
-            offset_free=objective.offset_free,
+            offset_free=bool(objective.offset_free),
         )
     else:
         problem = _axes_fit(model, sequences, objective, None)

@@ -1,7 +1,7 @@
 """Sources of the target angles of training."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from narx.calibration.calibrate import CalibratedSegment
 from narx.errors import UserError
@@ -9,6 +9,7 @@ from narx.method import OrientationMethod
 from narx.types import FloatArray
 
 
+@runtime_checkable
 class Teacher(Protocol):
     """Source of target angles."""
 

@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from narx.datasets.base import TrialSource
 from narx.datasets.splits import Fold, TrialPart, load_calibrated
@@ -14,15 +15,16 @@ from narx.inference.checkpoint import Checkpoint
 from narx.inference.narx_method import AxisScaling
 from narx.inference.start_up import StartUp
 from narx.inference.tracker import PostureTracker
-from narx.inference.washout import WASHOUT_S, washout_gain
+from narx.inference.washout import WASHOUT_S
 from narx.kinematics.rate_unit import warn_of_degrees
 from narx.recordings.trial import Trial
+from narx.settings import PositiveSeconds, Seed, check_fields
 from narx.training.design import NetworkDesign, train_network
 from narx.training.levenberg_marquardt import LevenbergMarquardt
 from narx.training.objective import Log, Objective, Optimizer
-from narx.training.ranges import between, one_of, whole
 from narx.training.trial_reader import Stretch, TrialReader
 from narx.windows.sequences import TrainingSequence, hold_back
+from narx.windows.target_clock import on_gyroscope_clock
 
 
 def _silent(iteration: int, numbers: dict[str, float]) -> None:
@@ -52,6 +54,9 @@ class Trainer:
     held_back : float
         End of each training sequence that chooses among restarts where no data are given for
         that, as a share of its samples in [0, 0.9]; 0 lets the training data choose.
+    align_clock : bool
+        Remove the lag of each trial's targets behind the gyroscope first, which the network would
+        learn (`narx.windows.target_clock`).
     seed : int or numpy.random.Generator
         Seed of the starts.
     tracker : PostureTracker, optional
@@ -87,24 +92,17 @@ class Trainer:
     reader: TrialReader = field(default_factory=TrialReader)
     start_up: StartUp = field(default_factory=StartUp)
     axis_scaling: AxisScaling = "training"
-    washout_s: float | None = WASHOUT_S
-    held_back: float = 0.25
-    seed: int | np.random.Generator = 0
+    washout_s: PositiveSeconds | None = WASHOUT_S
+    held_back: Annotated[float, Field(ge=0, le=0.9)] = 0.25
+    align_clock: bool = True
+    seed: Seed | np.random.Generator = 0
     tracker: PostureTracker | None = None
     start: Checkpoint | None = None
     progress_folder: Path | None = None
 
     def __post_init__(self) -> None:
-        washout_gain(self.washout_s, 1.0)  # refuses a time that is not positive
-        one_of("model.axis_scaling", self.axis_scaling, get_args(AxisScaling))
-        between("training.held_back", self.held_back, 0.0, 0.9)
-        if self.objective.offset_free and not self.design.coupled:
-            raise UserError(
-                "model.objective.offset_free=true needs model.coupled=true; with axes on their "
-                "own set model.objective.offset_free=false"
-            )
-        if not isinstance(self.seed, np.random.Generator):
-            whole("training.seed", self.seed, 0, 2**63 - 1)
+        check_fields(self, "training")
+        self.objective.for_axes(self.design.coupled)  # refuses what does not fit
 
     def fit(
         self,
@@ -132,7 +130,7 @@ class Trainer:
         Raises
         ------
         UserError
-            If there is nothing to train on.
+            If there is nothing to train on, or a target is not on the gyroscope's clock.
         """
         training = list(training)
         trials = [item for item in training if isinstance(item, Trial)]
@@ -191,6 +189,8 @@ class Trainer:
             raise UserError("training: there is no sequence to train on")
         for sequence in training:
             warn_of_degrees(sequence.signals.axis_rates_rad_s, f"training: {sequence.name}")
+        if self.align_clock:
+            training, validation = map(on_gyroscope_clock, (training, validation))
         if not validation:
             training, validation = hold_back(training, self.held_back)
         model, history = train_network(

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import get_args
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
 from narx.errors import UserError
 from narx.inference.narx_method import NarxMethod
 from narx.recordings.trial import Trial
-from narx.training.ranges import between, one_of
+from narx.settings import Positive, Seconds, check_fields
 from narx.training.teachers import AutomaticTeacher, Teacher
 from narx.types import BoolArray, FloatArray
 from narx.windows.sequences import TrainingSequence, contiguous
@@ -73,15 +72,12 @@ class TrialReader:
 
     teacher: Teacher = field(default_factory=_default_teacher)
     calibration: Mode = "auto"
-    skip_s: float = 5.0
+    skip_s: Seconds = 5.0
     segments: tuple[str, ...] | None = None
-    weights: Mapping[str, float] = field(default_factory=dict)
+    weights: Mapping[str, Positive] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        between("training.skip_s", self.skip_s, 0.0)
-        one_of("calibration", self.calibration, get_args(Mode))
-        for name, weight in self.weights.items():
-            between(f"training.weights.{name}", weight, 1e-6)
+        check_fields(self, "training")
 
     def sequences(self, stretches: Iterable[Stretch]) -> list[TrainingSequence]:
         """Cut trials into sequences without gaps.

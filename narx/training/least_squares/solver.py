@@ -8,14 +8,13 @@ second pass; a step that does not lower the cost is never accepted.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from narx.kernels import lm_step
 from narx.kernels.lm_step import RUNNING, damped_steps, decide
-from narx.training.least_squares.damping import Damping
 from narx.training.least_squares.problem import LeastSquaresProblem
 from narx.training.least_squares.stopping import CODES, ResultCode, Stopping
 from narx.types import FloatArray
@@ -25,6 +24,10 @@ _HISTORY = ("cost", "damping", "gradient")
 _STATE = (
     "weights", "products", "cost", "decay", "codes", "mu", "growth", "mu_unit", "n_evaluations",
 )  # fmt: skip
+# of mu, relative to the largest diagonal entry for the identity
+_FIRST_MU = 1e-3
+# beyond the second the solver stops
+_MU_BOUNDS = (1e-18, 1e10)
 
 
 @dataclass(frozen=True)
@@ -35,15 +38,16 @@ class Options:
     ----------
     stopping : Stopping
         Limits.
-    damping : Damping
-        Damping strategy.
+    damping : {"identity", "diagonal"}
+        ``JTJ + mu I`` (Levenberg) or ``JTJ + mu diag(JTJ)`` (Marquardt), with a mu that follows the
+        ratio of the actual to the predicted decrease of the cost (Nielsen 1999).
     bayesian : bool
         Choose the weight decay by the evidence after every accepted step (MacKay 1992; Foresee and
         Hagan 1997, as MATLAB's trainbr), from zero on.
     """
 
     stopping: Stopping = field(default_factory=Stopping)
-    damping: Damping = field(default_factory=Damping)
+    damping: Literal["identity", "diagonal"] = "identity"
     bayesian: bool = False
 
 
@@ -140,14 +144,15 @@ class _Run:
         self.products = np.ascontiguousarray(problem.products(weights))
         self.decay = np.zeros(n)
         self.codes = np.full(n, RUNNING)
-        self.mu, self.growth = np.full(n, options.damping.initial), np.full(n, 2.0)
-        self.mu_unit = options.damping.scale(self.products)
+        self.mu, self.growth = np.full(n, _FIRST_MU), np.full(n, 2.0)
+        self.diagonal = options.damping == "diagonal"
+        self.mu_unit = np.ones(n) if self.diagonal else _largest_diagonal(self.products)
         self.n_evaluations = np.zeros(n, dtype=np.int64)
         self.history: list[FloatArray] = []
-        stopping, damping = options.stopping, options.damping
-        squares = stopping.cost * max(problem.n_residuals, 1)
-        self.stopping = (stopping.gradient, stopping.step, stopping.cost_change, squares)
-        self.damping = (damping.smallest, damping.largest)
+        stopping = options.stopping
+        self.stopping = (
+            stopping.gradient, stopping.step, stopping.cost_change, stopping.squares,
+        )  # fmt: skip
 
     def start(self) -> None:
         self.cost = self._cost(self.products, self.weights, self.decay)
@@ -162,12 +167,12 @@ class _Run:
         self.history = [row.numpy() for row in state["history"]]
 
     def iterate(self, active: NDArray[np.int64]) -> None:
-        n, diagonal = len(active), self.options.damping.scaling == "diagonal"
+        n = len(active)
         trial, predicted = np.empty((n, self.weights.shape[1])), np.empty(n)
         gradient = np.full(len(self.cost), np.nan)
         mu = self.mu * self.mu_unit
         damped_steps(
-            active, self.products, self.weights, self.free, mu, self.decay, diagonal,
+            active, self.products, self.weights, self.free, mu, self.decay, self.diagonal,
             trial, predicted, gradient,
         )  # fmt: skip
         self._record(mu, gradient)
@@ -176,7 +181,7 @@ class _Run:
         kept = np.empty(n, dtype=np.bool_)
         decide(
             active, trial, trial_products, predicted, gradient, self.free, self.decay,
-            self.stopping, self.damping,
+            self.stopping, _MU_BOUNDS,
             self.weights, self.products, self.cost, self.mu, self.growth, self.codes, kept,
         )  # fmt: skip
         if self.options.bayesian and kept.any():
@@ -223,3 +228,9 @@ class _Run:
         row = np.array([self.cost, mu, gradient])
         row[:, self.codes != RUNNING] = np.nan
         self.history.append(row)
+
+
+def _largest_diagonal(products: FloatArray) -> FloatArray:
+    """Largest diagonal entry of each start's JTJ, or 1."""
+    largest = np.diagonal(products[:, :-1, :-1], axis1=1, axis2=2).max(axis=1)
+    return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)

@@ -46,12 +46,12 @@ class Stopping:
         Norm of an accepted step, relative to that of the weights.
     cost_change : float
         Decrease of the cost by an accepted step, relative.
-    cost : float
-        Cost that is good enough (mean squared residual).
+    squares : float
+        Sum of squared residuals that is low enough.
     """
 
     max_evaluations: int = 100
     gradient: float = 1e-12
     step: float = 1e-12
     cost_change: float = 0.0
-    cost: float = 0.0
+    squares: float = 0.0

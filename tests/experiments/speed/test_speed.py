@@ -10,14 +10,14 @@ import torch
 
 from narx.experiments.speed import peers as peers
 from narx.experiments.speed import solvers as solvers
-from narx.experiments.speed.__main__ import gait_like, open_loop_fit, timed
+from narx.experiments.speed.__main__ import timed
 from narx.experiments.speed.compiled_c import CompiledC
+from narx.experiments.speed.task import gait_like, open_loop_fit, random_starts
 from narx.network.closed_loop import closed_loop
 from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
 from narx.training.least_squares.solver import Options, levenberg_marquardt
 from narx.training.least_squares.stopping import Stopping
-from narx.training.multi_start import normal_starts
 
 DEFAULT = NarxStructure()
 RATIOS = (
@@ -95,7 +95,7 @@ def test_the_engine_ends_no_higher_than_scipy_from_random_starts():
     """From far away chance decides which valley a solver meets: so many starts, on average."""
     v, target = gait_like(300)
     fit = open_loop_fit(v, target)
-    starts = normal_starts(DEFAULT, 16, np.random.default_rng(1))
+    starts = random_starts(16, np.random.default_rng(1))
     train = solvers.scipy_open_loop(v, target, 1000)
     theirs = np.array([train(start, 0.0).mean_square for start in starts])
     options = Options(Stopping(max_evaluations=1000, gradient=0.0, step=0.0))

@@ -5,11 +5,13 @@ import pytest
 import torch
 
 from narx.errors import UserError
+from narx.experiments.speed.task import open_then_closed, random_starts
 from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
 from narx.training.least_squares.solver import Options
 from narx.training.least_squares.stopping import Stopping
-from narx.training.multi_start import multi_start, network_curriculum, normal_starts
+from narx.training.multi_start import multi_start
+from narx.training.stages import Stage
 
 DEFAULT = NarxStructure()
 SHORT = Options(Stopping(max_evaluations=15))
@@ -24,21 +26,24 @@ def signals(n=400):
     return torch.from_numpy(v)[:, None], torch.from_numpy(p)
 
 
-def curriculum(n_samples=300, **options):
+def curriculum(n_samples=300, horizon=None):
     inputs, targets = signals()
-    stages = network_curriculum(
-        inputs[:n_samples], targets[:n_samples], structure=DEFAULT, **options
-    )
+    stages = open_then_closed(inputs[:n_samples, 0].numpy(), targets[:n_samples].numpy())
+    if horizon is not None:
+        fit = NetworkFit(
+            inputs[:n_samples], targets[:n_samples], structure=DEFAULT, horizon=horizon
+        )
+        stages.insert(1, Stage("ahead", fit, 1.0 / fit.total_weight))
     held_back = targets.clone()
     held_back[:n_samples] = torch.nan
     return stages, NetworkFit(inputs, held_back, structure=DEFAULT)
 
 
 def test_the_best_by_held_back_samples_is_kept():
-    stages, validation = curriculum(horizons=(1, 10, None))
-    starts = normal_starts(DEFAULT, 20, np.random.default_rng(0))
+    stages, validation = curriculum(horizon=10)
+    starts = random_starts(20, np.random.default_rng(0))
     result = multi_start(stages, starts, validation, SHORT)
-    assert [stage.name for stage in stages] == ["open_loop", "horizon_10", "closed_loop"]
+    assert [stage.name for stage in stages] == ["open", "ahead", "closed"]
     assert validation.n_residuals == 100
     errors = np.sqrt(validation.products(result.all_weights)[:, -1, -1] / 100)
     np.testing.assert_allclose(result.errors, errors)
@@ -52,13 +57,13 @@ def test_the_best_by_held_back_samples_is_kept():
 
 
 def test_the_same_seed_gives_the_same_weights_with_any_number_of_threads():
-    stages, validation = curriculum(horizons=(1, None))
+    stages, validation = curriculum()
     threads = torch.get_num_threads()
     results = []
     try:
         for n in (1, 2, 3):
             torch.set_num_threads(n)
-            starts = normal_starts(DEFAULT, 35, np.random.default_rng(7))
+            starts = random_starts(35, np.random.default_rng(7))
             results.append(multi_start(stages, starts, validation, SHORT).all_weights)
     finally:
         torch.set_num_threads(threads)
@@ -67,8 +72,8 @@ def test_the_same_seed_gives_the_same_weights_with_any_number_of_threads():
 
 
 def test_starts_that_diverge_are_dropped_and_counted():
-    stages, validation = curriculum(horizons=(None,))
-    starts = normal_starts(DEFAULT, 5, np.random.default_rng(0))
+    stages, validation = curriculum()
+    starts = random_starts(5, np.random.default_rng(0))
     starts[1] = np.nan
     starts[3] = np.inf
     result = multi_start(stages, starts, validation, SHORT)
@@ -79,9 +84,11 @@ def test_starts_that_diverge_are_dropped_and_counted():
 
 
 def test_odd_networks_stay_odd():
-    stages, validation = curriculum(horizons=(1, None))
-    starts = normal_starts(DEFAULT, 4, np.random.default_rng(0), odd=True)
-    held = starts[0] == 0.0
+    stages, validation = curriculum()
+    starts = random_starts(4, np.random.default_rng(0))
+    held = np.zeros(DEFAULT.n_weights, dtype=bool)
+    held[DEFAULT.b1] = held[DEFAULT.b2] = True
+    starts[:, held] = 0.0
     result = multi_start(stages, starts, validation, SHORT, trainable=~held)
     assert not result.all_weights[:, held].any()
 
@@ -89,12 +96,12 @@ def test_odd_networks_stay_odd():
 def test_a_horizon_that_is_none_is_refused():
     inputs, targets = signals()
     with pytest.raises(ValueError, match="horizon"):
-        network_curriculum(inputs, targets, structure=DEFAULT, horizons=(0,))
+        NetworkFit(inputs, targets, structure=DEFAULT, horizon=0)
 
 
 def test_every_iteration_is_told_with_the_costs_of_all_starts():
-    stages, validation = curriculum(horizons=(1, None))
-    starts = normal_starts(DEFAULT, 20, np.random.default_rng(0))
+    stages, validation = curriculum()
+    starts = random_starts(20, np.random.default_rng(0))
     told = []
     result = multi_start(
         stages,

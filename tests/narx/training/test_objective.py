@@ -12,6 +12,7 @@ from narx.network.normalisation import Normalisation
 from narx.training.batch import Batch
 from narx.training.initial_weights import leaky_integrator_weights, random_weights
 from narx.training.objective import Objective
+from narx.training.stages import closed_loop_fit
 
 RATE_HZ = 20.0
 B, N = 3, 80
@@ -42,9 +43,15 @@ def sequences(model):
     )
 
 
+def cost_and_gradient(objective, model, sequences):
+    """Mean square that an optimiser minimises, rad^2, and half its gradient."""
+    problem, _ = closed_loop_fit(model, sequences, objective, "test")
+    products = problem.products(model.weights.detach().numpy()[None])[0] / problem.total_weight
+    return products[-1, -1], products[-1, :-1]
+
+
 def cost(objective, model, sequences):
-    with torch.no_grad():
-        return float(objective.mean_square(model, sequences))
+    return cost_and_gradient(objective, model, sequences)[0]
 
 
 @pytest.mark.parametrize("offset_free", [False, True])
@@ -65,7 +72,7 @@ def test_mean_square_as_numpy_has_it(model, sequences, offset_free, washout_s, a
             weight = float(sequences.weight[row]) * axis_weights[axis]
             squares += weight * np.sum(counted**2)
             weights += weight * len(counted)
-    assert cost(objective, model, sequences) == pytest.approx(squares / weights, rel=1e-12)
+    assert cost(objective, model, sequences) == pytest.approx(squares / weights, rel=1e-9)
 
 
 def test_an_offset_does_not_matter_where_it_is_not_to(model, sequences):
@@ -84,11 +91,9 @@ def test_what_does_not_count_has_no_gradient(model, sequences):
     alone = Batch(*(value[:1] for value in vars(sequences).values()))
     gradients = []
     for those in (replace(sequences, targets_rad=targets, rates_rad_s=rates), alone):
-        model.zero_grad()
-        Objective().mean_square(model, those).backward()
-        gradients.append(model.weights.grad)
-    assert gradients[0].abs().max() > 1e-3
-    torch.testing.assert_close(gradients[0], gradients[1], rtol=1e-9, atol=1e-12)
+        gradients.append(cost_and_gradient(Objective(), model, those)[1])
+    assert np.abs(gradients[0]).max() > 1e-3
+    np.testing.assert_allclose(gradients[0], gradients[1], rtol=1e-9, atol=1e-12)
 
 
 def test_no_rest_no_row(sequences, model):
@@ -127,7 +132,7 @@ def test_the_return_weighs_as_much_as_said_beside_all_others_together(
     resting = objective.with_rest(model, sequences)
     counts = resting.targets_rad.isfinite() * torch.tensor(axis_weights, dtype=torch.float64)
     share = (counts * resting.weight[:, None, None]).sum(dim=(1, 2))
-    assert float(share[B] / share[:B].sum()) == pytest.approx(0.25, rel=1e-12)
+    assert float(share[B] / share[:B].sum()) == pytest.approx(0.25, rel=1e-9)
 
 
 def test_a_leaky_integrator_returns_as_asked():
