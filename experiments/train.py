@@ -42,7 +42,7 @@ def _train(cfg: DictConfig) -> float | list[float]:
     workload = Workload()
     directory = run_directory()
     sources = open_sources(cfg)
-    fold = _only_fold(list(instantiate(cfg.split, _convert_="all")(combined_index(sources))))
+    fold = only_fold(list(instantiate(cfg.split, _convert_="all")(combined_index(sources))))
     with TensorBoardLog(directory / "tensorboard") as log:
         log.configuration(cfg, fold.name)
         with tqdm(desc="iterations", unit="it", disable=in_sweep() or None) as progress:
@@ -85,7 +85,24 @@ def _train(cfg: DictConfig) -> float | list[float]:
     return _objectives(cfg, metrics)
 
 
-def _only_fold(folds: list[Fold]) -> Fold:
+def only_fold(folds: list[Fold]) -> Fold:
+    """Return the fold of a split that is to have one.
+
+    Parameters
+    ----------
+    folds : list of Fold
+        All folds of the split.
+
+    Returns
+    -------
+    Fold
+        The only one.
+
+    Raises
+    ------
+    UserError
+        If there are none or several.
+    """
     if len(folds) != 1:
         raise UserError(
             f"split: training makes one network, this split has {len(folds)} folds; use "

@@ -54,7 +54,7 @@ class Training(Section):
     seed: Seed = 0
     skip_s: Seconds = 5.0
     held_back: Fraction = 0.25
-    align_clock: bool = True
+    align_clock: bool = False
     start: FilePath | None = None
     segments: Names | None = None
     weights: dict[Name, Positive] = {}
@@ -220,6 +220,16 @@ class Ablation(Section):
     variants: dict[Name, tuple[Name, ...]]
 
 
+class Optimizers(Section):
+    """As ``configs/optimizers.yaml``."""
+
+    seed: Seed = 0
+    data_root: FilePath | None = None
+    optimizers: Names = ("levenberg_marquardt", "lbfgs", "adam")
+    overrides: tuple[Name, ...] = ()
+    data: Annotated[dict[Name, tuple[Name, ...]], Field(min_length=1)]
+
+
 class Variant(Section):
     """A way to make walks and to calibrate them."""
 
@@ -325,6 +335,7 @@ SCHEMAS: dict[str, type[Section]] = {
     "demo_recordings": DemoRecordings,
     "draft_study": DraftStudy,
     "ablation": Ablation,
+    "optimizers": Optimizers,
     "error_budget": ErrorBudget,
     "speed": Speed,
 }

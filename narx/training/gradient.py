@@ -131,7 +131,8 @@ class _GradientOptimizer:
         history = run.histories[best]
         n_last = sum(row["stage"] == len(stages) - 1 for row in history)
         code = "all iterations are used" if n_last >= self.iterations else "cost no longer falls"
-        return FitReport(code, len(history), history, spread_report(errors_deg))
+        evaluations = int(sum(row["evaluations"] for one in run.histories for row in one))
+        return FitReport(code, len(history), history, evaluations, spread_report(errors_deg))
 
     def _descend(
         self, stage: Stage, number: int, free: np.ndarray, size: FloatArray, run: Restarts
@@ -165,7 +166,8 @@ class _GradientOptimizer:
                 kept, lowest = weights, value
             if not latest:
                 norm = float(np.linalg.norm(gradient))
-                latest.update(stage=float(number), cost_deg2=value, gradient=norm)
+                latest.update(stage=float(number), cost_deg2=value, gradient=norm, evaluations=0.0)
+            latest["evaluations"] += 1.0
             parameter.grad = torch.from_numpy(self._scaled(gradient, value))
             return torch.tensor(value, dtype=torch.float64)
 

@@ -158,4 +158,11 @@ class LevenbergMarquardt:
         last = list(result.stages.values())[-1]
         codes = [code for group in last for code in group.codes]
         errors_deg = result.errors * unit_deg2**0.5
-        return FitReport(str(codes[result.best]), len(history), history, spread_report(errors_deg))
+        evaluations = sum(
+            int((of_group.n_evaluations + 1).sum())
+            for groups in result.stages.values()
+            for of_group in groups
+        )
+        return FitReport(
+            str(codes[result.best]), len(history), history, evaluations, spread_report(errors_deg)
+        )

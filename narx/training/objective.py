@@ -162,6 +162,8 @@ class FitReport:
         Iterations of the best restart.
     history : list of dict
         Numbers by name, one entry per iteration of the best restart.
+    evaluations : int
+        Evaluations of the cost, over all restarts.
     restarts : dict
         Spread over restarts: how many, how many were dropped, quantiles of the validation error.
     """
@@ -169,6 +171,7 @@ class FitReport:
     code: str
     iterations: int
     history: list[dict[str, float]]
+    evaluations: int
     restarts: dict[str, float]
 
 

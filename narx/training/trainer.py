@@ -94,7 +94,7 @@ class Trainer:
     axis_scaling: AxisScaling = "training"
     washout_s: PositiveSeconds | None = WASHOUT_S
     held_back: Annotated[float, Field(ge=0, le=0.9)] = 0.25
-    align_clock: bool = True
+    align_clock: bool = False
     seed: Seed | np.random.Generator = 0
     tracker: PostureTracker | None = None
     start: Checkpoint | None = None

@@ -1,0 +1,160 @@
+"""Compare the optimisers on three kinds of data.
+
+python -m experiments.optimizers data_root=DIR
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from hydra import compose
+from hydra.errors import HydraException
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
+from tqdm import tqdm
+
+from narx.datasets.splits import TrialPart, load_calibrated
+from narx.errors import UserError
+from narx.experiments.command import command, run_directory
+from narx.experiments.configuration import checked_configuration, composition_mistake
+from narx.experiments.networks import trainer
+from narx.experiments.overrides import readable
+from narx.experiments.runs.record import environment, seed_everything, write_json
+from narx.experiments.sources import combined_index, open_sources
+from narx.experiments.tables.table import Table
+from narx.experiments.train import only_fold
+from narx.files import atomic_path
+from narx.training.objective import FitReport, Optimizer
+from narx.training.trainer import Trainer
+from narx.training.trial_reader import Stretch
+from narx.windows import TrainingSequence, from_arrays
+
+PLAIN_ARRAYS = "plain arrays"
+_COLUMNS = ("Held-back error (°)", "Cost evaluations", "Time (s)")
+
+# sequences to train on and to choose by; the end of the first where there are none of the second
+_Data = tuple[list[TrainingSequence], list[TrainingSequence]]
+
+
+class _Timed:
+    """An optimiser whose time is taken."""
+
+    def __init__(self, optimizer: Optimizer) -> None:
+        self._optimizer = optimizer
+        self.report: FitReport | None = None
+        self.time_s = 0.0
+
+    def fit(self, *arguments: Any) -> FitReport:
+        begun = time.perf_counter()
+        self.report = self._optimizer.fit(*arguments)
+        self.time_s = time.perf_counter() - begun
+        return self.report
+
+
+def plain_arrays(seed: int) -> list[TrainingSequence]:
+    """Make three recordings as a user's own arrays could be.
+
+    Parameters
+    ----------
+    seed : int
+        Of noise and of what differs between the recordings.
+
+    Returns
+    -------
+    list of TrainingSequence
+        30 s each at 100 Hz: five harmonics of a stride about all three axes, rates with noise and
+        a bias of their own.
+    """
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(0.0, 30.0, 0.01)[:, None]
+    sequences = []
+    for number, stride_hz in enumerate((0.8, 0.9, 1.0)):
+        angles = np.zeros((len(time_s), 3))
+        for k in range(1, 6):
+            size = np.array([0.4, 0.08, 0.1]) / k**2 * rng.uniform(0.5, 1.0, 3)
+            phase = rng.uniform(0.0, 2.0 * np.pi, 3)
+            angles += size * np.sin(2.0 * np.pi * stride_hz * k * time_s + phase)
+        rates = np.gradient(angles, 0.01, axis=0) + rng.normal(0.0, 0.005, 3)
+        rates += rng.normal(0.0, 0.02, rates.shape)
+        sequences += from_arrays(rates, angles, 100.0, name=f"arrays {number}")
+    return sequences
+
+
+def _configured(cfg: DictConfig, kind: str, optimizer: str) -> DictConfig:
+    overrides = [f"seed={cfg.seed}", f"optimizer={optimizer}", *cfg.data[kind], *cfg.overrides]
+    if cfg.data_root is not None:
+        overrides.insert(0, f"data_root={cfg.data_root}")
+    overrides = readable(overrides)
+    where = f"optimizers {optimizer}, data.{kind}"
+    try:
+        return checked_configuration(compose("train", overrides=overrides), "train")
+    except UserError as error:
+        raise UserError(f"{where}: {error}") from error
+    except (HydraException, OmegaConfBaseException) as error:
+        mistake = composition_mistake(error, "train", overrides)
+        raise UserError(f"{where}: {mistake}") from error
+
+
+def _data(cfg: DictConfig, kind: str) -> _Data:
+    if kind == PLAIN_ARRAYS:
+        return plain_arrays(cfg.seed), []
+    sources = open_sources(cfg)
+    fold = only_fold(list(instantiate(cfg.split, _convert_="all")(combined_index(sources))))
+    reader = trainer(cfg).reader
+
+    def stretches(parts: Sequence[TrialPart]) -> Iterator[Stretch]:
+        for part in parts:
+            trial, segments = load_calibrated(sources, part, reader.calibration)
+            yield Stretch(trial, part.start_s, part.stop_s, segments)
+
+    return reader.sequences(stretches(fold.training)), reader.sequences(stretches(fold.validation))
+
+
+def _row(trained_by: Trainer, data: _Data) -> dict[str, float]:
+    optimizer: Any = trained_by.optimizer
+    # machine code is compiled or loaded outside of the time that is taken
+    replace(trained_by, optimizer=replace(optimizer, restarts=1, iterations=1)).fit(*data)
+    timed = _Timed(optimizer)
+    replace(trained_by, optimizer=timed).fit(*data)
+    assert timed.report is not None
+    error_deg = timed.report.restarts["validation_rmse_best_deg"]
+    return dict(zip(_COLUMNS, (error_deg, timed.report.evaluations, timed.time_s), strict=True))
+
+
+def _optimizers(cfg: DictConfig) -> None:
+    seed_everything(cfg.seed)
+    directory = run_directory()
+    # all are checked before the first runs
+    settings = {
+        (kind, name): _configured(cfg, kind, name) for kind in cfg.data for name in cfg.optimizers
+    }
+    data: dict[str, _Data] = {}
+    rows = {}
+    for (kind, name), setting in tqdm(settings.items(), desc="trainings", disable=None):
+        if kind not in data:
+            data[kind] = _data(setting, kind)
+        rows[kind, name] = _row(trainer(setting), data[kind])
+    frame = pd.DataFrame.from_dict(rows, orient="index", columns=list(_COLUMNS))
+    frame.index = pd.MultiIndex.from_tuples(list(rows), names=["Data", "Optimiser"])
+    frame[_COLUMNS[1]] = frame[_COLUMNS[1]].astype(int)
+    table = Table(
+        "One training by each optimiser", frame, dict(zip(_COLUMNS, (3, 0, 1), strict=True))
+    )
+    with atomic_path(directory / "optimizers.csv") as temporary:
+        temporary.write_text(table.to_csv())
+    write_json(environment(cfg.seed, {}), directory / "environment.json")
+    text = table.to_markdown()
+    with atomic_path(directory / "optimizers.md") as temporary:
+        temporary.write_text(text)
+    print(text)
+    print(f"\noptimizers.csv and optimizers.md: {directory}")
+
+
+main = command("optimizers")(_optimizers)
+
+if __name__ == "__main__":
+    main()
