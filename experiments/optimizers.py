@@ -33,7 +33,7 @@ from narx.training.trainer import Trainer
 from narx.training.trial_reader import Stretch
 from narx.windows import TrainingSequence, from_arrays
 
-PLAIN_ARRAYS = "plain arrays"
+PLAIN_ARRAYS = "plain_arrays"
 _COLUMNS = ("Held-back error (°)", "Cost evaluations", "Time (s)")
 
 # sequences to train on and to choose by; the end of the first where there are none of the second
@@ -139,7 +139,9 @@ def _optimizers(cfg: DictConfig) -> None:
             data[kind] = _data(setting, kind)
         rows[kind, name] = _row(trainer(setting), data[kind])
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=list(_COLUMNS))
-    frame.index = pd.MultiIndex.from_tuples(list(rows), names=["Data", "Optimiser"])
+    frame.index = pd.MultiIndex.from_tuples(
+        [(kind.replace("_", " "), name) for kind, name in rows], names=["Data", "Optimiser"]
+    )
     frame[_COLUMNS[1]] = frame[_COLUMNS[1]].astype(int)
     table = Table(
         "One training by each optimiser", frame, dict(zip(_COLUMNS, (3, 0, 1), strict=True))
