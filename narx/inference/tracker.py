@@ -64,7 +64,7 @@ class PostureTracker:
     start_sd_deg : float
         Standard deviation of the angle at an unknown start.
     known_start_sd_deg : float
-        The same if the start pose is known.
+        The same if the start pose is known: no-one stands, and no sensor is aligned, exactly.
     posture_sd_deg : float
         Standard deviation of the posture about zero if the start is unknown.
     posture_time_s : float
@@ -112,13 +112,13 @@ class PostureTracker:
     angle_noise_deg: float = 0.15
     rate_noise: float = 0.002
     start_sd_deg: float = 60.0
-    known_start_sd_deg: float = 1.0
+    known_start_sd_deg: float = 1.5
     posture_sd_deg: float = 2.5
     posture_time_s: float = 50.0
     known_posture_sd_deg: float = 15.0
     bias_sd_deg_s: float = 0.5
     known_bias_sd_deg_s: float = 0.1
-    bias_noise_deg_s: float = 0.005
+    bias_noise_deg_s: float = 0.02
     lean_deg_s: float = 3.0
     lean_sd_deg_s: float = 2.0
     swing_sd_deg: tuple[float, float, float] = (3.0, 2.0, 4.0)

@@ -145,6 +145,23 @@ def test_ten_minutes_of_straight_walking_do_not_drift():
     assert parts[1] < 2.5
 
 
+def test_a_bias_that_drifts_for_twenty_minutes_is_followed():
+    walk = Walk(1200.0, turns=False)
+    walk.walks = walk.ramp(4.0, 1.0)
+    signals, truth = walk.signals(known=True)
+    drift = np.radians(0.4) * (walk.time_s / 1200.0)[:, None]
+    signals = replace(signals, axis_rates_rad_s=signals.axis_rates_rad_s + drift)
+
+    def last_minute_deg(**parameters):
+        error = truth - tracked(**parameters).estimate(signals)
+        return np.degrees(np.abs(error[-3000:].mean(axis=0)))
+
+    followed = last_minute_deg()
+    assert followed.max() < 0.5
+    # as slowly as in a sensor that keeps its temperature
+    assert (followed < 0.5 * last_minute_deg(bias_noise_deg_s=0.0001)).all()
+
+
 @pytest.mark.parametrize(
     ("sits_deg", "pause_s"), [(0.0, 20.0), (80.0, 20.0), (80.0, 60.0)], ids=["stand", "sit", "long"]
 )
