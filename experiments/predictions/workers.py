@@ -49,9 +49,12 @@ def outcomes(
             yield job.run()
         return
     context = multiprocessing.get_context("spawn")
-    with _libraries_on_one_core(), ProcessPoolExecutor(
-        min(wanted, len(jobs)), mp_context=context, initializer=_on_one_core
-    ) as pool:
+    with (
+        _libraries_on_one_core(),
+        ProcessPoolExecutor(
+            min(wanted, len(jobs)), mp_context=context, initializer=_on_one_core
+        ) as pool,
+    ):
         for finished in as_completed([pool.submit(_run, job) for job in jobs]):
             yield finished.result()
 

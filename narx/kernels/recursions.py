@@ -33,9 +33,10 @@ def integrate(
 def leak(
     output: Any, memory: Any, before: Any, rate: Any, extra: Any, parameters: Any
 ) -> tuple[Any, Any]:
-    """Leaky integration; parameters: interval, fraction kept from sample to sample."""
-    interval, kept, _ = parameters
-    return kept * (output + (0.5 * interval) * (rate + before)), memory
+    """Leaky integration; parameters: interval, leak, its growth per rad^2; `extra`: a factor."""
+    interval, leak_rad_s, by_square = parameters
+    damping = 1.0 + interval * leak_rad_s * extra * (1.0 + by_square * output * output)
+    return (output + (0.5 * interval) * (rate + before)) / damping, memory
 
 
 def pull(
