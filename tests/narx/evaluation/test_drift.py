@@ -250,3 +250,9 @@ def test_a_block_less_than_half_full_is_left_out():
     error[200:248] = np.nan  # 52 left
     middle, _ = block_errors(time_s, error)
     assert middle.tolist() == [5.0, 25.0, 35.0]
+
+
+def test_two_blocks_in_a_window_are_too_few():
+    time_s = np.arange(0.0, 500.0, 0.1)
+    with pytest.raises(MethodNotApplicableError, match=r"2 blocks of 100 s .* expected three"):
+        drift_test(time_s, 0.1 * np.sin(time_s), window_s=250.0, block_s=100.0)

@@ -49,3 +49,12 @@ def test_every_joint_lies_between_segments_of_its_own_leg():
 def test_what_is_missing_stays_missing():
     missing = np.array([[np.nan, 0.0, 0.0]])
     assert np.isnan(joint_between("knee_right", missing, ZERO)).all()
+
+
+def test_a_pelvis_that_turns_rotates_one_hip_outwards_and_the_other_inwards():
+    pelvis = _degrees(transverse=7)
+    right, left = (
+        np.degrees(joint_between(f"hip_{side}", pelvis, ZERO))[0] for side in ("right", "left")
+    )
+    assert right == pytest.approx([0, 0, -7], abs=1e-9)
+    assert left == pytest.approx([0, 0, 7], abs=1e-9)
