@@ -17,10 +17,10 @@ _PROJECT = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["pr
 _EXTRAS = ("dev", "filters", "onnx", "sweep")
 # what a user does first
 _FIRST_STEPS = (
-    "import narx, numpy as np; "
+    "import narx, numpy as np; from narx.inference.pretrained import pretrained; "
     "trial = narx.SimulatedGait(subjects=['S1'], conditions=['slow'], treadmill_duration_s=20.0)"
     ".load('S1', 'slow', '1'); "
-    "angles = narx.predict(trial.imus['thigh_right']).angles_rad; "
+    "angles = narx.predict(trial.imus['thigh_right'], pretrained().method()).angles_rad; "
     "assert np.isfinite(angles).any(); print(angles.shape)"
 )
 

@@ -29,7 +29,9 @@ def test_every_original_occurs_once_and_every_test_exists(table):
         assert change.original != change.changed, change
         assert change.tests, change
         for test in change.tests:
-            assert (ROOT / test.split("::")[0]).exists(), change
+            file, _, name = test.partition("::")
+            assert (ROOT / file).exists(), change
+            assert not name or f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), change
     assert len({(c.file, c.original, c.changed) for c in table}) == len(table)
 
 
