@@ -10,10 +10,13 @@ from matplotlib.patches import FancyBboxPatch
 FLOORS = (
     (("errors", "files", "types"), ("one-line errors", "complete files or none", "array types")),
     (
-        ("kernels", "recursion", "settings"),
-        ("all compiled code, one cache stamp", "interface of recursions", "checks of settings"),
+        ("kernels", "settings"),
+        ("all compiled code, one cache stamp", "checks of settings"),
     ),
-    (("kinematics",), ("frames, signs, rotations, joint angles",)),
+    (
+        ("kinematics", "recursion"),
+        ("frames, signs, rotations, joint angles", "interface of recursions"),
+    ),
     (
         ("recordings", "method", "network"),
         ("sensors on one clock", "interface of all methods", "the NARX network, closed loop"),
