@@ -9,8 +9,11 @@ import pandas as pd
 from narx.datasets.layout import AXES
 from narx.datasets.mat_file import read_mat
 from narx.errors import RecordingError
-from narx.recordings.input_file import regular_file
+from narx.recordings.input_file import check_memory, regular_file
 from narx.types import FloatArray
+
+# columns that are read, and copies of them in memory until a recording is made
+_COLUMNS, _COPIES = 7, 3
 
 
 class ArrayTable:
@@ -105,10 +108,14 @@ def read_parquet(path: Path) -> ArrayTable:
     import pyarrow.parquet
 
     try:
-        names = tuple(pyarrow.parquet.read_schema(regular_file(path)).names)
+        metadata = pyarrow.parquet.read_metadata(regular_file(path))
+        names = tuple(metadata.schema.to_arrow_schema().names)
     except (pyarrow.ArrowException, OSError) as error:
         line = str(error).strip().splitlines()[0]
         raise RecordingError(f"{path}: not a whole Parquet file ({line})") from None
+
+    # a recording takes seven columns; equal values take no space in the file
+    check_memory(path, 8 * metadata.num_rows * min(len(names), _COLUMNS) * _COPIES)
 
     def column(k: int) -> pd.Series:
         try:

@@ -1,7 +1,6 @@
 """A phone's export: a zip or folder with one file per sensor."""
 
 import zipfile
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from narx.datasets.layout import Layout
 from narx.datasets.table_recording import Sensor, sensor_from
 from narx.datasets.text_dialect import read_table
 from narx.errors import RecordingError
-from narx.recordings.input_file import limit_mib, regular_file
+from narx.recordings.input_file import check_memory, regular_file
 from narx.recordings.one_clock import at_gyroscope_times, union_of_rows
 from narx.recordings.trial import ImuRecording
 
@@ -76,19 +75,16 @@ def _contents(path: Path) -> dict[str, bytes | Path]:
             members = [
                 m for m in archive.infolist() if m.filename.lower().endswith((".csv", ".txt"))
             ]
-            size = sum(member.file_size for member in members)
-            if size > limit_mib() * 2**20:
-                raise RecordingError(
-                    f"{path}: {size / 2**20:.0f} MiB unpacked, more than the limit of "
-                    f"{limit_mib():g} MiB"
-                )
+            check_memory(path, sum(member.file_size for member in members))
             # a meta folder contains the device's description, not samples
             return {
                 Path(member.filename).name: archive.read(member)
                 for member in members
                 if "meta/" not in member.filename
             }
-    except (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError) as error:
+    except RecordingError:
+        raise
+    except Exception as error:  # the exception depends on the damage
         raise RecordingError(f"{path}: not a whole zip file ({error})") from None
 
 

@@ -9,11 +9,14 @@ import pyarrow
 import pyarrow.csv
 
 from narx.datasets.array_table import ArrayTable
+from narx.recordings.input_file import check_memory
 
 # all that a number or a missing value is written with; anything else is for the dialect's detection
 _NUMBERS = b"0123456789+-.eE,\r\nnaNA"
 _MISSING = ["", "nan", "NaN", "NA", "NAN"]
 _NUMERIC = ("int64", "double", "null")
+# of text: itself, without its header, and as columns twice
+_MEMORY_PER_BYTE = 4
 _HEADER = re.compile(rb"[A-Za-z][\w/^()\[\] .-]*(?:,[A-Za-z][\w/^()\[\] .-]*)+")
 
 
@@ -31,6 +34,11 @@ def plain_table(path: Path, content: bytes) -> ArrayTable | None:
     -------
     ArrayTable or None
         The same numbers, to the last bit; None for every other text, a damaged one included.
+
+    Raises
+    ------
+    RecordingError
+        If it needs too much memory.
     """
     head, _, body = content.partition(b"\n")
     header = head.rstrip(b"\r")
@@ -41,6 +49,7 @@ def plain_table(path: Path, content: bytes) -> ArrayTable | None:
     names = tuple(name.strip() for name in header.decode("ascii").split(","))
     if not all(names):
         return None
+    check_memory(path, _MEMORY_PER_BYTE * len(content))
     try:
         table = pyarrow.csv.read_csv(
             io.BytesIO(body),

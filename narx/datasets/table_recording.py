@@ -16,6 +16,9 @@ from narx.recordings.stamps import checked_rate_hz, sampling_times
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
+# no sensor measures as much, and its squares still fit into a float
+_BEYOND_SENSORS = 1e30
+
 
 class Table(Protocol):
     """Named columns of a file, whatever its format."""
@@ -169,12 +172,17 @@ def recording_from(table: Table, layout: Layout | None, segment: str) -> ImuReco
 
 
 def _vectors(table: Table, found: Found) -> FloatArray:
-    return np.column_stack(
-        [
-            table.numbers(index) * factor
-            for index, factor in zip(found.indices, found.factors, strict=True)
-        ]
-    )
+    columns = []
+    for index, factor in zip(found.indices, found.factors, strict=True):
+        values = table.numbers(index)
+        infinite = np.flatnonzero(np.isinf(values))
+        if infinite.size:
+            raise RecordingError(
+                f"{table.path}: column {table.names[index]}, data row {infinite[0] + 1}: found "
+                f"{values[infinite[0]]:g}, expected a finite number"
+            )
+        columns.append(np.clip(values, -_BEYOND_SENSORS, _BEYOND_SENSORS) * factor)
+    return np.column_stack(columns)
 
 
 def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:

@@ -15,10 +15,12 @@ import pandas as pd
 
 from narx.datasets.units import is_unit
 from narx.errors import RecordingError
-from narx.recordings.input_file import regular_file
+from narx.recordings.input_file import check_memory, regular_file
 from narx.types import FloatArray
 
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
+# of text, as lines of cells
+_MEMORY_PER_BYTE = 12
 _COMMENT = ("#", "%", "//")
 # lines used to detect the dialect, spread over the file
 _SAMPLE = 60
@@ -166,6 +168,7 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
         cells as the others; the message is one line with file and place.
     """
     data = regular_file(path).read_bytes() if content is None else content
+    check_memory(path, _MEMORY_PER_BYTE * len(data))
     text, notes = _decoded(path, data)
     lines = [
         (number, line)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from narx.errors import RecordingError, UserError
 
-# size limit of a single file; the environment variable raises it
-LIMIT_VARIABLE = "NARX_MAX_FILE_MIB"
+# limit of what reading a single file may ask for; the environment variable raises it
+LIMIT_VARIABLE = "NARX_MAX_MEMORY_MIB"
 _LIMIT_MIB = 4096.0
 
 
@@ -28,7 +28,7 @@ def regular_file(path: str | os.PathLike[str]) -> Path:
     ------
     RecordingError
         If the path does not exist, or is a folder, a pipe, a device, a loop of links, or has more
-        than ``NARX_MAX_FILE_MIB`` (default 4096) MiB.
+        than ``NARX_MAX_MEMORY_MIB`` (default 4096) MiB.
     """
     file = Path(path)
     try:
@@ -40,13 +40,31 @@ def regular_file(path: str | os.PathLike[str]) -> Path:
         raise RecordingError(f"{file}: cannot be opened ({reason})") from None
     if not stat.S_ISREG(status.st_mode):
         raise RecordingError(f"{file}: is {_kind(status.st_mode)}, expected a file")
-    limit = limit_mib()
-    if status.st_size > limit * 2**20:
-        raise RecordingError(
-            f"{file}: {status.st_size / 2**20:.0f} MiB, more than the limit of {limit:g} MiB; "
-            f"set the environment variable {LIMIT_VARIABLE} to read it all the same"
-        )
+    check_memory(file, status.st_size)
     return file
+
+
+def check_memory(path: Path, needed_bytes: float) -> None:
+    """Refuse a file that asks for too much memory, before it is allocated.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file, for the message.
+    needed_bytes : float
+        What reading it takes.
+
+    Raises
+    ------
+    RecordingError
+        If that is more than ``NARX_MAX_MEMORY_MIB`` (default 4096) MiB.
+    """
+    limit = limit_mib()
+    if needed_bytes > limit * 2**20:
+        raise RecordingError(
+            f"{path}: needs {needed_bytes / 2**20:.0f} MiB of memory, more than the limit of "
+            f"{limit:g} MiB; set the environment variable {LIMIT_VARIABLE} to read it all the same"
+        )
 
 
 def is_bundle(path: Path) -> bool:
@@ -77,7 +95,7 @@ def _kind(mode: int) -> str:
 
 
 def limit_mib() -> float:
-    """Return the size limit of a single file.
+    """Return the limit of the memory that reading a single file may take.
 
     Returns
     -------

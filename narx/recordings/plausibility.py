@@ -140,12 +140,19 @@ def _check_range(rate: FloatArray, where: str) -> None:
         return
     peaks = np.abs(valid).max(axis=1)
     if (peaks > IMPOSSIBLE_RAD_S).mean() > _IMPOSSIBLE_SHARE:
-        whole = any(np.allclose(w, np.round(w), atol=1e-6) for w in (valid, np.degrees(valid)))
+        bounded = np.clip(valid, -1e300, 1e300)
+        whole = any(np.allclose(w, np.round(w), atol=1e-6) for w in (bounded, np.degrees(bounded)))
         raise RecordingError(
-            f"{where}: the gyroscope reaches {np.degrees(np.quantile(peaks, 0.999)):.0f} deg/s, "
+            f"{where}: the gyroscope reaches {_rate_deg_s(np.quantile(peaks, 0.999))} deg/s, "
             "beyond any gyroscope on a leg; "
             + ("raw counts?" if whole else "deg/s in a column of rad/s, or raw counts?")
         )
+
+
+def _rate_deg_s(rate_rad_s: float) -> str:
+    # beyond all sense it would overflow
+    degrees = float(np.degrees(min(rate_rad_s, 1e300)))
+    return f"{degrees:.0f}" if degrees < 1e6 else f"{degrees:.3g}"
 
 
 def _check_unit(time: FloatArray, rate: FloatArray, where: str) -> None:

@@ -27,6 +27,10 @@ _MIN_SAMPLES = 20
 # the signal must be clearly smoother on the line, and the residuals without structure
 _SMOOTHER = 0.7
 _STRUCTURE_S = 0.02
+# stamps this close are one; the age of the universe in microseconds is less than the other
+_SAME_S, _MAX_TIME_S = 1e-9, 1e24
+# a longer pause between packets is not lost samples of one clock
+_MAX_PERIODS = 1e9
 _UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
 
 
@@ -118,6 +122,11 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     missing = np.flatnonzero(~np.isfinite(time_s))
     if missing.size:
         raise RecordingError(f"{where}: the time is missing at data row {missing[0] + 1}")
+    impossible = np.flatnonzero(np.abs(time_s) > _MAX_TIME_S)
+    if impossible.size:
+        raise RecordingError(
+            f"{where}: the time is {time_s[impossible[0]]:g} s at data row {impossible[0] + 1}"
+        )
     rows = np.arange(len(time_s))
     notes: list[str] = []
     if len(rows) < 2:
@@ -144,14 +153,14 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     if _is_regular(time):
         return SamplingTimes(time, rows, tuple(notes))
     clock, how = _line(time) if len(time) >= _MIN_SAMPLES else (None, "")
-    increasing = bool((np.diff(time) > 0).all())
+    increasing = bool((np.diff(time) > _SAME_S).all())
     signal = values[rows]
     if clock is not None:
         off_line = _roughness(clock, signal)
         if not increasing or off_line < _SMOOTHER * _roughness(time, signal):
             return SamplingTimes(clock, rows, (*notes, how))
     if not increasing:
-        wrong = int(np.flatnonzero(np.diff(time) <= 0)[0]) + 1
+        wrong = int(np.flatnonzero(np.diff(time) <= _SAME_S)[0]) + 1
         raise RecordingError(
             f"{where}: time_s does not increase at data row {rows[wrong] + 1} "
             f"({time[wrong - 1]:g} s, then {time[wrong]:g} s)"
@@ -186,7 +195,7 @@ def _check_rate(time: FloatArray, where: str) -> None:
 def _is_regular(time: FloatArray) -> bool:
     steps = np.diff(time)
     interval = float(np.median(steps))
-    if not (steps > 0).all() or interval <= 0:
+    if not (steps > _SAME_S).all() or interval <= 0:
         return False
     multiples = steps / interval
     # packets: samples at a short interval, each followed by a long interval
@@ -204,7 +213,10 @@ def _line(time: FloatArray) -> tuple[FloatArray | None, str]:
     period = float(np.median(np.diff(time[first]))) if len(first) > 1 else np.inf
     if not np.isfinite(period) or period <= 0:
         return None, ""
-    lost = np.maximum(0, np.round(np.diff(time[first]) / period).astype(int) - 1) * size
+    periods = np.round(np.diff(time[first]) / period)
+    if periods.max() > _MAX_PERIODS:
+        return None, ""
+    lost = np.maximum(0, periods.astype(int) - 1) * size
     with_lost = np.arange(len(time)) + np.repeat(np.r_[0, np.cumsum(lost)], sizes)
     best: tuple[float, FloatArray, FloatArray] | None = None
     for index in (np.arange(len(time)), with_lost):

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pandas as pd
+import pyarrow
+import pyarrow.parquet
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -80,3 +82,15 @@ def test_damage_ends_in_one_line(written, table, message):
         read_recording(written(table))
     assert "\n" not in str(caught.value)
     assert "recording.csv" in str(caught.value)
+
+
+def test_a_parquet_file_of_billions_of_equal_values_is_refused(tmp_path):
+    path = tmp_path / "bomb.parquet"
+    piece = pyarrow.array(np.zeros(1_000_000))
+    schema = pyarrow.schema([("time_s", pyarrow.float64())])
+    with pyarrow.parquet.ParquetWriter(path, schema) as writer:
+        for _ in range(200):
+            writer.write_table(pyarrow.table([piece], schema=schema))
+    assert path.stat().st_size < 2**20
+    with pytest.raises(RecordingError, match="more than the limit of 4096 MiB"):
+        read_recording(path)

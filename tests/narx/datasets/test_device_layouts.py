@@ -189,8 +189,8 @@ def test_damaged_containers_are_one_line(tmp_path, name, content):
 def test_a_zip_that_unpacks_to_more_than_the_limit_is_refused(tmp_path, monkeypatch):
     with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("Gyroscope.csv", "0" * 2**22)
-    monkeypatch.setenv("NARX_MAX_FILE_MIB", "1")
-    with pytest.raises(RecordingError, match="4 MiB unpacked, more than the limit of 1 MiB"):
+    monkeypatch.setenv("NARX_MAX_MEMORY_MIB", "1")
+    with pytest.raises(RecordingError, match="needs 4 MiB of memory, more than the limit of 1 MiB"):
         read_recording(tmp_path / "bomb.zip")
     monkeypatch.undo()
     with pytest.raises(RecordingError, match=r"no header line|no data|no column|no gyroscope"):

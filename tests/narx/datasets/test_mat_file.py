@@ -1,5 +1,9 @@
 """MATLAB files: fields by name, damage by name."""
 
+import struct
+import tracemalloc
+import zlib
+
 import numpy as np
 import pytest
 import scipy.io
@@ -51,3 +55,29 @@ def test_a_file_cut_off_anywhere_is_refused_in_one_line(path, share):
 def test_no_such_file(tmp_path):
     with pytest.raises(RecordingError, match="no such file"):
         read_mat(tmp_path / "nowhere.mat")
+
+
+def test_a_small_file_that_asks_for_gigabytes_is_refused(tmp_path):
+    """Zeros pack a thousandfold; here 600 MB of them, written without having them in memory."""
+    path = tmp_path / "bomb.mat"
+    packer = zlib.compressobj(9)
+    zeros, n = bytes(2**20), 600
+    packed = packer.compress(struct.pack("<II", 14, n * len(zeros)))
+    packed += b"".join(packer.compress(zeros) for _ in range(n)) + packer.flush()
+    header = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM"
+    path.write_bytes(header + struct.pack("<II", 15, len(packed)) + packed)
+    assert path.stat().st_size < 2**20
+    tracemalloc.start()
+    with pytest.raises(RecordingError, match=r"bomb\.mat: needs .* the limit of 4096 MiB"):
+        read_mat(path)
+    assert tracemalloc.get_traced_memory()[1] < 2**24
+    tracemalloc.stop()
+
+
+def test_the_limit_can_be_raised(path, monkeypatch):
+    monkeypatch.setenv("NARX_MAX_MEMORY_MIB", "0.01")
+    scipy.io.savemat(path, {"a": np.zeros(100_000)}, do_compression=True)
+    with pytest.raises(RecordingError, match="NARX_MAX_MEMORY_MIB"):
+        read_mat(path)
+    monkeypatch.setenv("NARX_MAX_MEMORY_MIB", "10")
+    assert read_mat(path)["a"].shape == (100_000,)

@@ -166,7 +166,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     (tmp_path / "large").write_bytes(b"x" * 2**17)
-    monkeypatch.setenv("NARX_MAX_FILE_MIB", "0.1")
+    monkeypatch.setenv("NARX_MAX_MEMORY_MIB", "0.1")
     for name, message in {
         tmp_path / "pipe": "is a pipe, expected a file",
         tmp_path / "loop": "cannot be opened",
