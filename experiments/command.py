@@ -130,7 +130,7 @@ def command(
                         )
                     task()
             except KeyboardInterrupt:
-                sys.exit(_interrupted())
+                sys.exit(_interrupted(begun=started))
             except Exception as error:
                 if isinstance(error, OSError) and not started:  # a file is in the folder's place
                     sys.exit(_report(_about_writing(error)))
@@ -174,9 +174,11 @@ def _profiled(function: Callable[[DictConfig], object], cfg: DictConfig, folder:
     return value
 
 
-def _interrupted() -> int:
+def _interrupted(begun: bool) -> int:
     if SweepReport.current is None:
-        _print_interrupted("the same command starts again")
+        # a command without a folder for its run finds again what it has written
+        how = "does the rest" if begun else "starts again"
+        _print_interrupted(f"the same command {how}")
     else:
         SweepReport.current.report()
         _print_interrupted("the same command goes on with the jobs that are not finished")

@@ -37,6 +37,9 @@ def composition_mistake(error: BaseException, command: str, overrides: Sequence[
         that are missing.
     """
     text = str(error)
+    if "maximum recursion depth" in text:
+        deepest = max(overrides, key=lambda override: override.count("[") + override.count("{"))
+        return f"{_beginning(deepest)}: nested too deeply"
     if isinstance(error, OverrideParseException) or not isinstance(error, HydraException):
         for override in overrides:
             reason = _unreadable(override)
@@ -63,8 +66,12 @@ def _one_line(text: str) -> str:
     return re.sub(r"\s+", " ", "; ".join(lines))
 
 
+def _beginning(override: str) -> str:
+    return override if len(override) <= 80 else f"{override[:80]}..."
+
+
 def _unreadable(override: str) -> str | None:
-    begin = override if len(override) <= 80 else f"{override[:80]}..."
+    begin = _beginning(override)
     try:
         read = OverridesParser.create().parse_override(override)
     except (HydraException, ValueError, RecursionError) as error:

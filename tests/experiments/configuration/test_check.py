@@ -57,6 +57,8 @@ def test_the_documented_choices_pass(compose_checked, overrides):
         ("training.skip_s=1e300", "training.skip_s is 1e+300, expected a number of at least 0"),
         ("+training.batch_size=32", "training.batch_size: there is no such key, the nearest is tr"),
         ("+training.weights.simulated_gait=0", "training.weights.simulated_gait is 0, expected"),
+        ("optimizer.restarts=0", "optimizer.restarts is '0', expected a whole number from 1 to"),
+        ("resume=perhaps", "resume is 'perhaps', expected one of auto, never"),
         ("seed=abc", "seed is 'abc', expected a whole number"),
         ("seed=-1", "seed is -1, expected a whole number"),
         ("seed=true", "seed is true, expected a whole number"),

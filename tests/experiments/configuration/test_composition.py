@@ -22,6 +22,7 @@ from narx.experiments.configuration import composition_mistake
         ("seed=" + "9" * 5000, "seed=9999"),
         ("seed=0,1", "Ambiguous value"),
         ("a" * 300 + "=1", ""),
+        ("candidates=" + "[" * 300 + "]" * 300, "candidates=[[["),
     ],
 )
 def test_one_line_says_what_would_be_right(override, line):
@@ -34,3 +35,4 @@ def test_one_line_says_what_would_be_right(override, line):
     assert said.startswith(line)
     assert "\n" not in said
     assert said.isprintable()
+    assert len(said) < 1000

@@ -157,3 +157,30 @@ def test_ctrl_c_keeps_what_is_finished(launch):
     assert checkpoints("SW") == ["3 0"]
     assert launch("seed=0,1,2", "hydra.sweep.dir=SW")[0] == 0
     assert checkpoints("SW") == ["3 0", "3 1", "3 2"]
+
+
+def test_a_search_with_two_objectives_shows_what_is_best_in_neither_alone(launch):
+    optuna = pytest.importorskip("optuna")
+
+    def two(cfg):
+        if cfg.model.hidden == 7:
+            raise UserError("model.hidden is 7, expected less")
+        return [1.0 / cfg.model.hidden, float(cfg.model.hidden)]
+
+    search = (
+        "model.hidden=range(1,8)", "hydra/sweeper=optuna", "hydra.sweep.dir=SW",
+        "hydra.sweeper.n_jobs=1",
+        "hydra.sweeper.direction=[minimize,minimize]", "objectives=[held_back_error_deg,n_weights]",
+    )  # fmt: skip
+    status, _, err = launch(*search, "hydra.sweeper.n_trials=12", function=two)
+    assert status == (2 if "error: job" in err else 0)
+    assert "Traceback" not in err
+    status, _, _ = launch(*search, "hydra.sweeper.n_trials=14", function=two)
+    assert status in (0, 2)
+    study = optuna.load_study(study_name="test_sweep", storage="sqlite:///SW/optuna.db")
+    states = [trial.state for trial in study.trials]
+    assert states.count(optuna.trial.TrialState.COMPLETE) >= 12
+    best = {trial.params["model.hidden"]: trial.values for trial in study.best_trials}
+    # fewer neurons or a smaller error: no trial is better than another in both
+    assert len(best) > 1
+    assert all(values == [1.0 / hidden, float(hidden)] for hidden, values in best.items())
