@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from narx.kernels import loops
-from narx.kernels.sizes import VECTOR
 from narx.kernels.threads import in_threads
-from narx.network.kernel_arrays import EXACT, flat, in_lanes, kernel_shape, lanes_for
+from narx.network.kernel_arrays import EXACT, flat, in_groups, kernel_shape, lanes_for
 from narx.network.structure import NarxStructure, Tanh
 from narx.types import FloatArray
 
@@ -128,17 +127,7 @@ class CoupledBatch:
         """
         n_sequences, n_restarts = len(self.rates), len(weights)
         n_rows = weights.shape[1] // 4 * 4 + 4
-        if n_restarts == 1:  # sequences in step
-            lanes = lanes_for(n_sequences)
-            groups = in_lanes(n_sequences, len(lanes))[:, None, :, None]
-            groups = np.concatenate([groups, np.zeros_like(groups)], axis=-1)
-        else:  # restarts in step, one sequence after another
-            lanes = VECTOR
-            restarts = in_lanes(n_restarts, len(lanes))
-            groups = np.empty((len(restarts), n_sequences, len(lanes), 2), dtype=np.int64)
-            groups[..., 0] = np.arange(n_sequences)[:, None]
-            groups[..., 1] = restarts[:, None]
-            groups[groups[..., 1] < 0] = (-1, 0)
+        lanes, groups = in_groups(n_sequences, n_restarts)
         # separate sums for each group: the same numbers with any number of threads
         sums = np.zeros((len(groups), 3, n_rows, n_rows, 8))
 

@@ -197,6 +197,36 @@ def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
     return torch.from_numpy(array).reshape(shape).to(like.dtype)
 
 
+def in_groups(n_sequences: int, n_starts: int) -> tuple[tuple[int, ...], NDArray[np.int64]]:
+    """Arrange sequences and starts in groups of lanes, each a unit of work for a thread.
+
+    Parameters
+    ----------
+    n_sequences : int
+        Number of sequences.
+    n_starts : int
+        Number of starts, each run over all sequences.
+
+    Returns
+    -------
+    lanes : tuple of int
+        A tuple whose length is the number of lanes, W.
+    groups : ndarray of int, shape (groups, runs, W, 2)
+        What a lane runs, one after another: sequence (-1 for none) and start. A single start has
+        sequences side by side, several starts are side by side themselves.
+    """
+    if n_starts == 1:
+        lanes = lanes_for(n_sequences)
+        sequences = in_lanes(n_sequences, len(lanes))[:, None]
+        return lanes, np.stack([sequences, np.zeros_like(sequences)], axis=-1)
+    starts = in_lanes(n_starts, len(VECTOR))
+    groups = np.empty((len(starts), n_sequences, len(VECTOR), 2), dtype=np.int64)
+    groups[..., 0] = np.arange(n_sequences)[:, None]
+    groups[..., 1] = starts[:, None]
+    groups[groups[..., 1] < 0] = (-1, 0)
+    return VECTOR, groups
+
+
 def in_lanes(n: int, width: int) -> NDArray[np.int64]:
     """Arrange the numbers below `n` in rows of `width`.
 

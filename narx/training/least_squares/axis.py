@@ -5,10 +5,9 @@ import torch
 from torch import Tensor
 
 from narx.kernels import loops
-from narx.kernels.sizes import VECTOR
 from narx.kernels.threads import in_threads
 from narx.network.closed_loop import closed_loop_by_torch
-from narx.network.kernel_arrays import EXACT, broadcast, flat, in_lanes, kernel_shape, lanes_for
+from narx.network.kernel_arrays import EXACT, broadcast, flat, in_groups, kernel_shape
 from narx.network.structure import NarxStructure, Tanh
 from narx.training.least_squares.by_torch import products_by_torch
 from narx.types import FloatArray
@@ -71,8 +70,6 @@ class NetworkFit:
         n_samples = there.shape[1]
         last = n_samples - np.argmax(there[:, ::-1], axis=1) if n_samples else 0
         self._lengths = np.where(there.any(axis=1), last, 0).astype(np.int64)
-        lanes = lanes_for(len(self._inputs))
-        self._in_step = lanes, in_lanes(len(self._inputs), len(lanes))[:, None]
         self.n_weights = structure.n_weights
         self._counted = there
         self._counted[:, :washout] = False
@@ -135,15 +132,9 @@ class NetworkFit:
     def _products(self, weights: FloatArray) -> FloatArray:
         n_sequences, n_starts = len(self._inputs), len(weights)
         n_rows = self.n_weights // 4 * 4 + 4
-        if n_starts == 1:  # sequences in step
-            lanes, groups = self._in_step
-            packed = [np.repeat(weights.T, len(lanes), axis=1)] * len(groups)
-        else:  # starts in step, one sequence after another
-            lanes = VECTOR
-            starts = in_lanes(n_starts, len(lanes))
-            packed = [np.ascontiguousarray(weights[i].T) for i in starts]
-            every = np.repeat(np.arange(n_sequences)[:, None], len(lanes), axis=1)
-            groups = np.repeat(every[None], len(starts), axis=0)
+        lanes, groups = in_groups(n_sequences, n_starts)
+        packed = [np.ascontiguousarray(weights[group[0, :, 1]].T) for group in groups]
+        sequences = np.ascontiguousarray(groups[..., 0])
         # separate sums for each group: the same numbers with any number of threads
         sums = np.zeros((len(groups), n_rows, n_rows, 8))
         shape, exact = kernel_shape(self.structure), EXACT[self.tanh]
@@ -152,7 +143,7 @@ class NetworkFit:
             for i in range(first, last):
                 loops.axis_normal.normal_equations(
                     packed[i], self._inputs, self._targets, self._state, self._roots, self._lengths,
-                    groups[i], self.washout, self.horizon or 0, sums[i],
+                    sequences[i], self.washout, self.horizon or 0, sums[i],
                     shape, lanes, exact,
                 )  # fmt: skip
 
