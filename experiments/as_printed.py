@@ -42,7 +42,7 @@ from narx.training.initial_weights import random_weights
 from narx.training.least_squares.problem import LeastSquaresProblem
 from narx.training.least_squares.solver import Options
 from narx.training.least_squares.stopping import Stopping
-from narx.training.multi_start import multi_start, normal_starts
+from narx.training.multi_start import multi_start
 from narx.training.objective import Objective
 from narx.training.stages import closed_loop_fit, stages_of
 from narx.types import FloatArray
@@ -178,7 +178,7 @@ def train_as_printed(
     if variant.starts == "leaky_integrator":
         starts = np.array([random_weights(model, rng) for _ in range(variant.restarts)])
     else:
-        starts = normal_starts(model.structure, variant.restarts, rng)
+        starts = 0.5 * rng.standard_normal((variant.restarts, model.structure.n_weights))
     closed, unit_deg2 = closed_loop_fit(model, window, _OBJECTIVE, "training")
     options = Options(Stopping(max_evaluations=iterations))
     found = multi_start(stages, starts, closed, options, trainable=model.trainable.numpy())
