@@ -1,4 +1,4 @@
-"""First-order complementary filter: the gyroscope above a crossover, the accelerometer below."""
+"""First-order complementary filter: gyroscope above a crossover frequency, accelerometer below."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,8 +39,8 @@ class ComplementaryFilter(RecursiveMethod):
     -----
     Tham et al., eq. (3): ``P(s) = wc / (s + wc) A(s) + 1 / (s + wc) N(s)`` with the tilt ``A``
     from the accelerometer, the rate ``N`` and ``wc = 2 pi crossover_hz``. Discretised with
-    ``alpha = 1 / (1 + wc Ts)`` this is Abhayasinghe et al., eq. (3):
-    ``p_k = alpha (p_{k-1} + v_k Ts) + (1 - alpha) a_k``, so both papers' filters are this one.
+    ``alpha = 1 / (1 + wc Ts)``, it is Abhayasinghe et al., eq. (3):
+    ``p_k = alpha (p_{k-1} + v_k Ts) + (1 - alpha) a_k``, so both papers use the same filter.
     The difference between accelerometer and prediction is wrapped to half a turn, so that a jump of
     the accelerometer angle from +180 to -180 degrees does not affect the estimate.
     """
@@ -83,8 +83,8 @@ class ComplementaryFilter(RecursiveMethod):
             Weight of the gyroscope's prediction, between 0 and 1; the paper's are 0.9999
             offline and 0.999 in real time.
         sampling_rate_hz : float
-            Rate for which `alpha` was meant (the paper's: 100). At another rate the filter
-            keeps its crossover, not its `alpha`.
+            Rate for which `alpha` is given (in the paper: 100). At other sampling rates the filter
+            keeps its crossover frequency, not its `alpha`.
         rule : {"trapezoid", "rectangle"}
             As in the class; the paper's is the rectangle.
         axes : sequence of str

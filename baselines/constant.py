@@ -11,7 +11,7 @@ from narx.types import FloatArray
 
 
 class Constant(OrientationMethod):
-    """Return the mean posture of the first steps throughout.
+    """Return the mean posture of the first steps at every sample.
 
     Parameters
     ----------
@@ -20,9 +20,9 @@ class Constant(OrientationMethod):
 
     Notes
     -----
-    Shows the accuracy of a start-up alone. If the start is unknown, or the recording ends before
-    the posture is estimated, it is zero. The posture is returned from the first sample on, before
-    it is known, so the method does not run sample by sample.
+    Shows the accuracy of the start-up alone. If the start is unknown, or the recording ends before
+    the posture is estimated, the posture is zero. It is returned from the first sample on, before
+    it can be known, so the method does not run sample by sample.
     """
 
     name = "constant"

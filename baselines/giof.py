@@ -1,4 +1,4 @@
-"""Gyro integration-based orientation filter: integrate, and use gravity when it acts alone."""
+"""Gyro integration-based orientation filter (GIOF): integrate, and reset to gravity at rest."""
 
 from collections.abc import Sequence
 from copy import copy
@@ -32,7 +32,7 @@ _PAPERS_OFFSET_WINDOW_S = 1.5  # 150 samples at 100 Hz
 
 
 class Giof(RecursiveMethod):
-    """Integrate the gyroscope; use the accelerometer instead when it measures gravity alone.
+    """Integrate the gyroscope; use the accelerometer instead when it measures only gravity.
 
     Parameters
     ----------
@@ -40,26 +40,25 @@ class Giof(RecursiveMethod):
         ``offline`` cleans the gyroscope with two centred moving averages and needs the whole
         recording; ``real_time`` low-passes both sensors causally and subtracts a static offset.
     axes : sequence of str
-        ``sagittal`` (the paper's one axis), ``frontal`` or both. The others are NaN.
+        ``sagittal`` (the only axis in the paper), ``frontal`` or both. The others are NaN.
     eta_m_s2 : float
         Allowed deviation of the accelerometer's norm from gravity, m/s^2.
     rate_threshold_deg_s : float
-        Gamma_3: the angular rate below which the segment counts as at rest, deg/s.
+        Gamma_3: the segment is at rest below this angular rate, deg/s.
     rest_s : float
         Time for which both conditions must hold before the accelerometer is used, s. 0 as in the
         paper: one sample is enough.
     noise_window_s : float
         Offline: window of the moving average against noise, s (10 samples at 100 Hz).
     offset_window_s : float, optional
-        Offline: window of the moving average that is taken for the gyroscope's offset, s (150
-        samples at 100 Hz). None takes two strides of the detected cadence (where no walking is
-        found, 1.5 s again).
+        Offline: window of the moving average used as the gyroscope's offset, s (150 samples at
+        100 Hz). None uses two strides of the detected cadence (1.5 s if no walking is found).
     low_pass_hz : float, optional
         Real time: cut-off of the second-order Butterworth filter on all six channels, Hz; None
         for sensors that filter themselves.
     static_offset_deg_s : sequence of float
-        Real time: offset subtracted from the three axis rates, deg/s, on top of the static
-        bias that calibration has removed already.
+        Real time: offset subtracted from the three axis rates, deg/s, in addition to the static
+        bias that was removed in calibration.
     coupled, start_up, washout_s, smoothing
         As in `narx.baselines.recursive.RecursiveMethod`.
     heading, heading_leak_rad_s
@@ -70,11 +69,11 @@ class Giof(RecursiveMethod):
     Abhayasinghe et al., eqs. (1), (2) and Fig. 6; neither eta nor gamma_3 is printed, so the
     defaults suit quiet standing with a consumer IMU. Eq. (2) is printed as ``rate < gamma_3``,
     which any backward swing fulfils; the absolute value is meant. `rest_s` is an addition: at the
-    end of a swing the rate goes through zero while the thigh accelerates hard, and whether a single
-    sample falls into that moment is a matter of the sampling rate. With two axes both rates must be
-    below the threshold, because the accelerometer reads gravity alone only when the segment turns
-    about neither. A window of an even number of samples is centred by giving its two end samples
-    half a weight, which is also what makes it a time and not a number of samples.
+    end of a swing the rate passes through zero while the thigh accelerates strongly, and whether
+    a single sample falls into that moment depends on the sampling rate. With two axes, both rates
+    must be below the threshold, because the accelerometer measures only gravity if the segment
+    rotates about neither. A window with an even number of samples is centred by giving its two end
+    samples half a weight, so that its length is a duration and not a number of samples.
     """
 
     name = "giof"
@@ -164,7 +163,7 @@ class Giof(RecursiveMethod):
         return rates, angles
 
     def _coupled_by_a_first_pass(self, signals: SegmentSignals) -> SegmentSignals:
-        """Signals with the rates of the angles: axes are coupled before a mean is subtracted."""
+        """Convert to the rates of the angles by a first pass, before the mean is subtracted."""
         if not self.coupled:
             return signals
         first = copy(self)
@@ -173,7 +172,7 @@ class Giof(RecursiveMethod):
         return replace(signals, axis_rates_rad_s=coupled_rates(signals.axis_rates_rad_s, tilt_rad))
 
     def _clean(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray]:
-        """Gyroscope without noise and offset, by centred moving averages."""
+        """Remove noise and offset from the gyroscope by centred moving averages."""
         rates, rate_hz = signals.axis_rates_rad_s, signals.sampling_rate_hz
         window_s = self.offset_window_s
         if window_s is None:
@@ -245,7 +244,7 @@ class _GiofInputs:
 
 
 def _run_lengths(true: BoolArray) -> NDArray[np.int64]:
-    """How many samples in a row have been true, this one included."""
+    """Count the consecutive true samples up to and including each sample."""
     count = np.arange(1, len(true) + 1)
     return count - np.maximum.accumulate(np.where(true, 0, count))
 

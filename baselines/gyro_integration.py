@@ -1,4 +1,4 @@
-"""Plain integration of the gyroscope: it shows the drift that the other methods remove."""
+"""Plain integration of the gyroscope: shows the drift that the other methods remove."""
 
 from narx.baselines.parameters import one_of
 from narx.baselines.recursive import Constants, GivenStartUp
@@ -18,7 +18,7 @@ class GyroIntegration(TrackableMethod):
     coupled : bool
         False treats the axes independently, as in the papers, so that a turn of a tilted segment
         appears as flexion. True integrates the rates of the angles (Euler kinematics);
-        `narx.baselines.strapdown.Strapdown` composes rotations and has no singular angle.
+        `narx.baselines.strapdown.Strapdown` composes rotations and has no singularity.
     start_up, washout_s, smoothing, tracker
         As in `narx.baselines.trackable.TrackableMethod`.
     """

@@ -1,8 +1,8 @@
 """Treatment of the heading, which gravity does not determine.
 
-With gyroscope and accelerometer the tilt is observable and the heading is not: it drifts,
+With gyroscope and accelerometer, the tilt is observable but the heading is not: it drifts
 differently in thigh and shank, which affects all angles of the knee. The treatment of the heading
-is therefore separate from the method, and the same for all.
+is therefore separate from the method, and the same for all methods.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class Heading:
         method's changes of heading, or, if it has none, those of the gyroscope at its tilt,
         integrated with a leak.
     leak_rad_s : float
-        Of ``leak``, rad/s.
+        Leak of the treatment ``leak``, rad/s.
 
     Raises
     ------
@@ -59,7 +59,7 @@ class Heading:
         Raises
         ------
         MethodNotApplicableError
-            If the heading is treated at all.
+            If the treatment is not ``own``.
         """
         if self.treatment != "own":
             raise MethodNotApplicableError(
@@ -80,7 +80,7 @@ class Heading:
         Parameters
         ----------
         angles_rad : ndarray, shape (N, 3)
-            The method's angles; the transverse one NaN where it has none.
+            The method's angles; the transverse one is NaN if it has none.
         axis_rates_rad_s : ndarray, shape (N, 3)
             Gyroscope about the clinical axes, rad/s.
         interval_s : float
@@ -88,12 +88,12 @@ class Heading:
         initial_angles_rad : ndarray, shape (3,), optional
             Known start pose.
         start_up : StartUp, optional
-            With ``leak``: its heading comes first, and the leak is towards its posture.
+            With ``leak``: its heading is used at the start, and the leak is towards its posture.
 
         Returns
         -------
         ndarray, shape (N, 3)
-            Angles with the transverse one as treated, rad.
+            Angles with the treated transverse angle, rad.
         """
         if self.treatment == "own" or not len(angles_rad):
             return angles_rad

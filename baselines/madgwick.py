@@ -18,7 +18,7 @@ class Madgwick(AhrsFilter):
 
     Notes
     -----
-    S. O. H. Madgwick, A. J. L. Harrison and R. Vaidyanathan, ICORR 2011. The numbers are those of
+    S. O. H. Madgwick, A. J. L. Harrison and R. Vaidyanathan, ICORR 2011. The results equal those of
     the library `ahrs`, which makes no step at a sample whose rates are all exactly zero.
     """
 

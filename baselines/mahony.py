@@ -21,7 +21,7 @@ class Mahony(AhrsFilter):
     Notes
     -----
     R. Mahony, T. Hamel and J.-M. Pflimlin, IEEE Transactions on Automatic Control 53(5), 2008. The
-    numbers are those of the library `ahrs`, which makes no step at a sample whose rates are all
+    results equal those of the library `ahrs`, which makes no step at a sample whose rates are all
     exactly zero.
     """
 

@@ -30,7 +30,7 @@ def centred_moving_average(
     series = np.asarray(values, dtype=float)
     if len(series) < 2:
         return series.copy()
-    # minus a constant, so that the running sum stays small
+    # subtract a constant, so that the running sum stays small
     middle = series.mean(axis=0)
     series = series - middle
     panels = 0.5 * (series[1:] + series[:-1])
@@ -44,7 +44,7 @@ def centred_moving_average(
 
 
 def _at(integral: FloatArray, series: FloatArray, place: FloatArray) -> FloatArray:
-    """Value of the running integral between samples, where it is a parabola."""
+    """Evaluate the running integral between samples, where it is a parabola."""
     whole = np.minimum(place.astype(int), len(series) - 2)
     part = (place - whole).reshape(-1, *[1] * (series.ndim - 1))
     slope = series[whole + 1] - series[whole]

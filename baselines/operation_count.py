@@ -1,7 +1,7 @@
 """Floating-point operations per sample of each method, counted by running it.
 
 A method's step runs on numbers that count the operations on them. Abhayasinghe et al. (section
-3.2) and Han et al. (section IV) compare methods by such counts; theirs are for one angle.
+3.2) and Han et al. (section IV) compare methods by such counts for one angle.
 """
 
 from __future__ import annotations
@@ -154,9 +154,9 @@ def count_stream(method: OrientationMethod, signals: SegmentSignals) -> dict[str
     Parameters
     ----------
     method : OrientationMethod
-        One that streams and whose step is plain arithmetic.
+        Method that runs sample by sample and whose step is plain arithmetic.
     signals : SegmentSignals
-        Without missing samples; methods with conditions do different work on different samples.
+        Signals without missing samples. The number of operations may differ between samples.
 
     Returns
     -------
@@ -182,7 +182,7 @@ def count_stream(method: OrientationMethod, signals: SegmentSignals) -> dict[str
         )
     if not counts.total():
         raise MethodNotApplicableError(
-            f"method {method.name} runs inside a compiled library, where nothing can be counted"
+            f"method {method.name} runs in a compiled library, where operations cannot be counted"
         )
     return _per(counts, signals.n_samples - 1)
 
@@ -203,9 +203,9 @@ def count_two_point(signals: SegmentSignals) -> dict[str, float]:
 
     Notes
     -----
-    By the paper's rule, the rectangle. The paper's own count, 7 additions and 4 multiplications,
-    follows if eqs. (9) to (14) are evaluated as printed, with the error at A and B and ``B - A``
-    computed anew for every angle.
+    With the rectangular rule, as in the paper. The paper's count, 7 additions and 4
+    multiplications, results if eqs. (9) to (14) are evaluated as printed, with the error at A and
+    B and ``B - A`` recomputed for every angle.
     """
     counts: Counter[str] = Counter()
     ends = [counted(signals.specific_force_m_s2[k], counts) for k in (0, -1)]

@@ -1,4 +1,4 @@
-"""Common base of orientation filters: from signals to three angles, with a heading of their own."""
+"""Common base of orientation filters: three angles from gyroscope and accelerometer."""
 
 import weakref
 from abc import abstractmethod
@@ -22,16 +22,15 @@ _LATEST: dict[Hashable, tuple["weakref.ref[SegmentSignals]", FloatArray]] = {}
 class OrientationFilter(OrientationMethod):
     """A filter that estimates an orientation from gyroscope and accelerometer.
 
-    Its axes are coupled by design, and gravity gives the mean tilt, so of the parts of
-    `narx.inference.composition` only the start-up is useful: for the posture of the heading.
+    Its axes are coupled by design, and gravity gives the mean tilt. Of the parts of
+    `narx.inference.composition`, only the start-up is used, for the posture of the heading.
 
     Parameters
     ----------
     heading, heading_leak_rad_s
         As `treatment` and `leak_rad_s` of `narx.baselines.heading.Heading`.
     start_up : StartUp, mapping, bool, optional
-        With ``heading=leak``: gives the heading of the start and its posture; True uses the default
-        one.
+        With ``heading=leak``: determines initial heading and its posture; True uses the default.
     """
 
     needs_accelerometer = True
@@ -52,13 +51,13 @@ class OrientationFilter(OrientationMethod):
 
     @abstractmethod
     def _orientation(self, signals: SegmentSignals) -> FloatArray:
-        """Quaternions w, x, y, z (N, 4) against a world with z up and any heading."""
+        """Quaternions w, x, y, z (N, 4) relative to a world frame with z up and any heading."""
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         if not signals.n_samples:
             return np.empty((0, 3))
         angles = self._angles(signals)
-        # without a magnetometer a filter's heading is arbitrary: relative to the first sample
+        # without a magnetometer the heading is arbitrary: use it relative to the first sample
         initial = signals.initial_angles_rad
         first = 0.0 if initial is None else float(initial[TRANSVERSE])
         angles[:, TRANSVERSE] += first - angles[0, TRANSVERSE]
@@ -78,12 +77,12 @@ class OrientationFilter(OrientationMethod):
 
 
 class AnglesOneByOne:
-    """Angles of successive orientations.
+    """Convert successive orientations to angles.
 
     Parameters
     ----------
     initial_angles_rad : ndarray, shape (3,), optional
-        For the heading at the first sample; zero if unknown.
+        Gives the heading at the first sample; zero if unknown.
     """
 
     def __init__(self, initial_angles_rad: FloatArray | None) -> None:
@@ -98,12 +97,12 @@ class AnglesOneByOne:
         Parameters
         ----------
         quaternion_wxyz : array_like, shape (4,)
-            Orientation of the anatomical frame against a world with z up.
+            Orientation of the anatomical frame relative to a world frame with z up.
 
         Returns
         -------
         ndarray, shape (3,)
-            Angles in rad, the heading without jumps.
+            Angles in rad, with an unwrapped heading.
         """
         angles = angles_from_orientation(quaternion_wxyz)[0]
         if self._offset is None:

@@ -21,10 +21,10 @@ class PseudoIntegrator(RecursiveMethod):
     Parameters
     ----------
     breakpoint_ratio : float
-        Breakpoint in rad/s over the gait frequency in rad/s. The default, 1 / (2 pi), reads
-        'the breakpoint frequency is the gait frequency' as its number in Hz used in rad/s; 1
-        is the literal reading, at which the phase at the gait frequency is 0 instead of -90
-        degrees, so that the output is the rate, scaled.
+        Breakpoint divided by gait frequency, both in rad/s. The default, 1 / (2 pi), interprets
+        'the breakpoint frequency is the gait frequency' as the value in Hz used in rad/s. 1 is the
+        literal interpretation, with a phase of 0 instead of -90 degrees at the gait frequency, so
+        that the output is proportional to the rate.
     gait_frequency_hz : float, optional
         Stride frequency; None detects it from the sagittal rate.
     frequency : {"constant", "following"}
@@ -40,7 +40,7 @@ class PseudoIntegrator(RecursiveMethod):
     Tham et al., eq. (9), from Holgate et al.: ``H(s) = tau^2 s / (tau s + 1)^2`` with
     ``tau = 1 / wn``, here as a leaky integrator followed by a high-pass filter,
     ``z' = v - z / tau``, ``w' = (z - w) / tau``, ``p = z - w``, by the trapezoidal rule
-    (bilinear transform). With these states, both angles, a change of the breakpoint causes no jump.
+    (bilinear transform). Both states are angles, so a change of the breakpoint causes no jump.
     Starts from zero states, as in the paper, or from the start-up's; a static bias is removed, and
     so is the mean angle, except for the posture of a start-up.
     """

@@ -1,4 +1,4 @@
-"""Methods that are a recursion of one axis: their common parts."""
+"""Common base of methods that are a recursion of one axis."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -25,10 +25,10 @@ from narx.method import OrientationMethod, SegmentSignals
 from narx.recursion import Step
 from narx.types import FloatArray
 
-# for one sample: the rates to run on, and an extra input per axis
+# inputs at one sample: the rates to integrate, and an extra input per axis
 Inputs = Callable[[FloatArray, FloatArray], tuple[Any, Sequence[Any]]]
 Constants = tuple[float, float, float]
-# types that a configuration may give as a start-up
+# types of a start-up in a configuration
 GivenStartUp = StartUp | Mapping[str, Any] | bool | None
 
 _ALL = (0, 1, 2)
@@ -36,22 +36,22 @@ _NONE = (0.0, 0.0, 0.0)
 
 
 class RecursiveMethod(OrientationMethod):
-    """A recursion of one axis on three axes, with the parts of `narx.inference.composition`.
+    """A recursion of one axis applied to three, with the parts of `narx.inference.composition`.
 
-    A subclass names its recursion and gives constants and extra numbers; coupling of the axes,
-    start-up, washout and smoothing are common to all.
+    A subclass gives its recursion, constants and extra inputs; coupling of the axes, start-up,
+    washout and smoothing are common to all.
 
     Parameters
     ----------
     coupled : bool
-        Run on the rates of the angles, with the estimated tilt, instead of the gyroscope's own
-        axes.
+        Integrate the rates of the angles, computed with the estimated tilt, instead of the
+        gyroscope's rates.
     start_up : StartUp, mapping, bool, optional
         Estimate the posture first (`narx.inference.start_up`); True uses the default one.
     washout_s : float, optional
-        Remove a lasting deviation from the posture with this time constant, s.
+        Remove a constant deviation from the posture with this time constant, s.
     smoothing : bool
-        Average a forward and a backward pass: whole recordings only.
+        Average a forward and a backward pass; whole recordings only.
 
     Raises
     ------
@@ -62,7 +62,7 @@ class RecursiveMethod(OrientationMethod):
     streams = True
     _recursion: ClassVar[Recursion]
     columns: Sequence[int] = _ALL
-    # whether the first sample has the initial angle; else it is filtered like any other, from zero
+    # whether the output at the first sample is the initial angle; if not, it is filtered from zero
     holds_first: ClassVar[bool] = True
 
     def __init__(
@@ -84,7 +84,7 @@ class RecursiveMethod(OrientationMethod):
         """Constants of the recursion, the sampling interval first."""
 
     def _inputs(self, signals: SegmentSignals) -> tuple[FloatArray, FloatArray | None]:
-        """Rates to run on, (N, 3), and extra numbers (N, 3) or None for none."""
+        """Rates to integrate, (N, 3), and extra inputs, (N, 3) or None."""
         return signals.axis_rates_rad_s, None
 
     def _inputs_one_by_one(self, sampling_rate_hz: float) -> Inputs:
@@ -93,7 +93,7 @@ class RecursiveMethod(OrientationMethod):
 
     @property
     def _extras_are_angles(self) -> bool:
-        """Whether the extra numbers are angles, which are relative to the posture."""
+        """Whether the extra inputs are angles, which are relative to the posture."""
         return False
 
     @property
@@ -103,7 +103,7 @@ class RecursiveMethod(OrientationMethod):
 
     @property
     def _couples_as_it_runs(self) -> bool:
-        """Whether the estimated tilt couples the axes; else its inputs are already coupled."""
+        """Whether the recursion couples the axes; if not, its inputs are already coupled."""
         return self.coupled
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
@@ -151,7 +151,7 @@ class _RatesAlone:
 
 
 class _Start:
-    """Initial states, for both ways of running."""
+    """Initial states, for whole recordings and for streams."""
 
     def __init__(self, method: RecursiveMethod) -> None:
         self.coupled = method.coupled
@@ -209,7 +209,7 @@ class _WholeRecording(_Start):
 
 
 class _OneByOne(_Start):
-    """Plain arithmetic, so that it also runs on counting numbers."""
+    """Run sample by sample in plain arithmetic, which also works with counting numbers."""
 
     def __init__(self, method: RecursiveMethod, sampling_rate_hz: float) -> None:
         super().__init__(method)

@@ -1,4 +1,4 @@
-"""Strapdown integration: the gyroscope's three axes as one rotation."""
+"""Strapdown integration: the rates about all three axes as one rotation."""
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Strapdown(OrientationMethod):
     Notes
     -----
     ``R_k = R_{k-1} exp([w Ts]x)``: gyroscope only, without any assumption on the movement. It
-    drifts only with the remaining bias.
+    drifts only because of the remaining bias.
     """
 
     name = "strapdown"

@@ -27,7 +27,7 @@ class TwoPointParts:
         Integrated gyroscope psi from the accelerometer's tilt at the first sample; NaN where
         samples are missing, or if the whole recording is still.
     drift_rad : ndarray, shape (N, 3)
-        Estimated error of it, the line between A and B; NaN outside A..B.
+        Its estimated drift, the line between A and B; NaN outside A..B.
     angles_rad : ndarray, shape (N, 3)
         The estimate.
     """
@@ -55,11 +55,11 @@ class TwoPoint(OrientationMethod):
     smoothing_s : float
         Window of the averages over standing, s (2 K + 1 = 61 samples at 100 Hz).
     shaky_legs : bool
-        Raise both thresholds above what the first second shows; it must be standing.
+        Raise both thresholds above the tremor in the first second, which must be standing.
     shaky_margin : float
-        How many times the mean deviation of the first second.
+        Factor on the mean deviation of the first second.
     rule : {"trapezoid", "rectangle"}
-        How the rate goes between two samples; the paper prints the rectangle (eq. (9)).
+        Rate between two samples; the paper uses the rectangle (eq. (9)).
     coupled : bool
         Integrate the rates of the angles instead of the gyroscope's own axes.
 
@@ -67,10 +67,10 @@ class TwoPoint(OrientationMethod):
     -----
     Han et al., eqs. (3) to (14), with three corrections. Eq. (3) has its absolute value in the
     wrong place (see `narx.gait.standing.StillThresholds`). Eq. (7) sums 2 K + 1 samples and divides
-    by 2 K, which makes gravity 1.7 % too large; a true mean is taken. At A and B its window would
-    reach from standing into the walk, and a leg that begins to move tilts and accelerates at once;
-    so the errors, eqs. (10) and (11), are means of psi less tilt over the same length of time
-    before A and after B. Yaw is zero before A and after B: right for a straight walk only.
+    by 2 K, which makes gravity 1.7 % too large; here it is a true mean. At A and B its window would
+    extend into the walk, where the leg immediately tilts and accelerates; so the errors, eqs. (10)
+    and (11), are means of psi minus tilt over the same length of time before A and after B. Yaw is
+    zero before A and after B, which is correct only for a straight walk.
     """
 
     name = "two_point"
@@ -117,14 +117,14 @@ class TwoPoint(OrientationMethod):
         Returns
         -------
         ndarray, shape (N, 3)
-            Angles in rad; NaN at missing samples. Unlike with other methods a gap keeps its
-            length here, because the drift is a line in time; what was turned within it is part
-            of the drift.
+            Angles in rad; NaN at missing samples. Unlike in other methods, gaps keep their
+            duration, because the drift is linear in time; rotation during a gap becomes part of
+            the drift.
 
         Raises
         ------
         MethodNotApplicableError
-            If there is no still part before or after the walk, or A and B given by hand are not
+            If there is no still part before or after the walk, or given times A and B are not
             within the recording.
         """
         return self.parts(signals).angles_rad
@@ -133,7 +133,7 @@ class TwoPoint(OrientationMethod):
         return self.parts(signals).angles_rad
 
     def parts(self, signals: SegmentSignals) -> TwoPointParts:
-        """Estimate, and keep what was found on the way.
+        """Estimate the angles, and return the intermediate results as well.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class TwoPoint(OrientationMethod):
         except MethodNotApplicableError as error:
             raise MethodNotApplicableError(
                 f"method {self.name} does not apply to {signals.segment}: {error} "
-                "(start_s and stop_s may be given by hand)"
+                "(start_s and stop_s may be given)"
             ) from error
 
     def _tilt(self, signals: SegmentSignals, there: BoolArray) -> FloatArray:
@@ -212,7 +212,7 @@ class TwoPoint(OrientationMethod):
         return angles
 
     def _standing(self, signals: SegmentSignals, there: BoolArray) -> FloatArray:
-        """The same after eq. (7), a moving average of the accelerometer."""
+        """Tilt after eq. (7), a moving average of the accelerometer."""
         smooth = signals.specific_force_m_s2.copy()
         smooth[there] = centred_moving_average(
             smooth[there], self.smoothing_s, signals.sampling_rate_hz

@@ -40,8 +40,8 @@ class Vqf(OrientationFilter):
     -----
     D. Laidig and T. Seel, "VQF: Highly accurate IMU orientation estimation with bias estimation
     and magnetic disturbance rejection", Information Fusion 91, 2023. Defaults are the
-    library's. It cannot be given initial angles: its inclination comes from the first
-    accelerometer samples, its heading starts at zero.
+    library's. Initial angles are not supported: its inclination is determined by the first
+    accelerometer samples, and its heading starts at zero.
     """
 
     name = "vqf"
@@ -68,7 +68,7 @@ class Vqf(OrientationFilter):
 
     @property
     def causal(self) -> bool:
-        """Whether an angle depends on nothing that comes later."""
+        """Whether angles depend only on past samples."""
         return not self.offline
 
     @property

@@ -1,4 +1,4 @@
-"""The zero angle: what a method must beat to have estimated anything."""
+"""The zero angle: the lower benchmark for every method."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from narx.types import FloatArray
 
 
 class Zero(OrientationMethod):
-    """Say that the segment stands as in its calibration posture, always.
+    """Return zero at every sample: the segment stays in its calibration posture.
 
     Notes
     -----

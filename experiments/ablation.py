@@ -76,7 +76,7 @@ def _ablation(cfg: DictConfig) -> None:
     directory = run_directory()
     frames: list[pd.DataFrame] = []
     sources: dict[str, str] = {}
-    # all are checked before the first runs
+    # every variant is checked before the first one runs
     variants = {str(name): _variant(cfg, name, more) for name, more in cfg.variants.items()}
     for name, variant in tqdm(variants.items(), desc="variants", disable=None):
         try:

@@ -1,4 +1,4 @@
-"""Run every method on every trial, compare with the reference, and report.
+"""Run every method on every trial, compare the angles with the reference, and report.
 
 python -m experiments.benchmark data=smartphone_pocket data_root=DIR split=leave_one_subject_out
 """
@@ -42,17 +42,17 @@ def run(
     report: Report | None = None,
     progress_folder: Path | None = None,
 ) -> Gathered:
-    """Train where the split wants it, run every method, and compare.
+    """Train a network for each fold that needs one, run every method, and compare.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
         As ``configs/benchmark.yaml``.
     log : TensorBoardLog, optional
-        Shows how training goes.
+        Receives the training progress.
     report : Report, optional
-        Shown every trial while it is in memory, says what of it counts; None makes the one
-        that the configuration names.
+        Observes every trial while it is in memory and selects the parts that are scored; by
+        default the report named in the configuration.
     progress_folder : pathlib.Path, optional
         As `narx.Trainer`.
 
@@ -103,7 +103,7 @@ def run(
             gathered.refusals += [*further, *refusals]
             for one in scored:
                 all_rows += rows(one)
-            # hours at 500 Hz would not stay in memory: figures get a thinned copy
+            # hours at 500 Hz would not fit in memory: figures get a decimated copy
             joints = [one for one in scored if one.segment.startswith(("knee", "joint"))]
             gathered.evaluated += [
                 one.decimated(cfg.evaluation.figure_rate_hz) for one in joints or scored
@@ -117,8 +117,8 @@ def run(
     gathered.results = results_table(all_rows)
     if not gathered.results["n_samples"].any():
         raise UserError(
-            f"data={','.join(sources)}: nothing to score, no trial has a reference to compare "
-            "with; narx-predict gives the angles"
+            f"data={','.join(sources)}: nothing to score, no trial has a reference; "
+            "use narx-predict to compute angles only"
         )
     return gathered
 
@@ -129,7 +129,7 @@ def _nothing_to_score(
     message = f"data={','.join(sources)}: nothing to score, expected {report.expects}"
     if gathered.refusals:
         first = gathered.refusals[0]
-        message += f"; {first.trial} ({len(gathered.refusals)} such): {first.reason}"
+        message += f"; {len(gathered.refusals)} refused, first {first.trial}: {first.reason}"
     return message
 
 
@@ -179,7 +179,7 @@ def _silent(iteration: int, numbers: dict[str, float]) -> None:
 
 
 def _benchmark(cfg: DictConfig) -> None:
-    """Run a benchmark and leave its results, summary and figures in the run directory."""
+    """Run a benchmark and write its results, summary and figures to the run directory."""
     seed_everything(cfg.seed)
     directory = run_directory()
     report = instantiate(cfg.report, _convert_="all")

@@ -109,7 +109,7 @@ def _figure_name(source: str, figure: str) -> str:
 
 
 def kept_sources(cfg: DictConfig, docs: Path) -> dict[str, Source]:
-    """Read what `measure` has left.
+    """Read the results stored by `measure`.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def kept_sources(cfg: DictConfig, docs: Path) -> dict[str, Source]:
     Returns
     -------
     dict of str to Source
-        Those that are there, in the order of the configuration.
+        Sources with stored results, in the order of the configuration.
     """
     sources = {}
     for name, shown in cfg.sources.items():
@@ -192,27 +192,27 @@ def pages(cfg: DictConfig, root: Path) -> dict[Path, str]:
 
 
 def with_table(readme: str, table: str) -> str:
-    """Put a table between the marks of a page.
+    """Put a table between the markers of a page.
 
     Parameters
     ----------
     readme : str
-        Text with the marks `BEGIN` and `END`.
+        Text with the markers `BEGIN` and `END`.
     table : str
         Markdown.
 
     Returns
     -------
     str
-        The text with the table between its marks.
+        The text with the table between its markers.
 
     Raises
     ------
     UserError
-        If a mark is missing.
+        If a marker is missing.
     """
     if BEGIN not in readme or END not in readme:
-        raise UserError(f"README.md: expected the marks '{BEGIN}' and '{END}'")
+        raise UserError(f"README.md: expected the markers '{BEGIN}' and '{END}'")
     between = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
     return between.sub(lambda _: f"{BEGIN}\n{table.strip()}\n{END}", readme)
 

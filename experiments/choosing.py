@@ -1,4 +1,4 @@
-"""Choose a method's parameters on the training part of a fold, as the network's are chosen."""
+"""Choose a method's parameters on the training part of a fold, as for the network."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ Prepare = Callable[[TrialPart], tuple[Trial, Mapping[str, CalibratedSegment]]]
 
 @dataclass(frozen=True)
 class _Stretch:
-    """A segment of a training trial up to where training ends, and which samples count."""
+    """A segment of a training trial up to the end of its training part, and the scored samples."""
 
     trial: tuple[str, ...]
     signals: SegmentSignals
@@ -34,11 +34,11 @@ class TrainingPart:
     Parameters
     ----------
     fold : Fold
-        Its training and validation parts; the test part is not touched.
+        Its training and validation parts are used; the test part is not.
     prepare : callable
         Loads and calibrates a trial.
     skip_s : float
-        Start of each trial that does not count, s.
+        Length of the start of each trial that is not scored, s.
     """
 
     def __init__(
@@ -61,22 +61,22 @@ class TrainingPart:
     def error_rad(
         self, method: OrientationMethod, axis_weights: Sequence[float], offset_free: bool
     ) -> float:
-        """Measure a method.
+        """Compute the error of a method on the training part.
 
         Parameters
         ----------
         method : OrientationMethod
-            With the parameters to be judged.
+            With the parameters to evaluate.
         axis_weights : sequence of float
-            Of the squared errors, as in the network's objective.
+            Weights of the squared errors of the axes, as in the network's objective.
         offset_free : bool
             Subtract the mean error of each stretch first, as in the network's objective.
 
         Returns
         -------
         float
-            Root mean square error of the weighted axes, mean over trials, rad; infinite where
-            the method does not fit a trial.
+            Root mean square error of the weighted axes, mean over trials, rad; infinite if the
+            method is not applicable to one of the trials.
         """
         squares: dict[tuple[str, ...], list[float]] = {}
         for stretch in self._stretches:
@@ -123,29 +123,30 @@ def choose_parameters(
     axis_weights: Sequence[float],
     offset_free: bool,
 ) -> dict[str, Any]:
-    """Take the point of a grid with the smallest error on the training part.
+    """Choose the grid point with the smallest error on the training part.
 
-    Leaving training trials out one by one, as for the network's candidates, comes down to this:
-    what has no weights has the same error on a trial whether it is left out or not.
+    This equals leaving out one training trial at a time, as is done for the network's candidates:
+    these methods have no trained weights, so the error on a trial does not depend on whether it
+    was left out.
 
     Parameters
     ----------
     settings : mapping
-        Of the method, with ``_target_``.
+        Settings of the method, with ``_target_``.
     grid : mapping of str to sequence
-        Values by parameter.
+        Candidate values of each parameter.
     training : TrainingPart
-        Judges.
+        Computes the error of every grid point.
     axis_weights : sequence of float
-        Of the squared errors.
+        Weights of the squared errors of the axes.
     offset_free : bool
         Whether the mean error does not count.
 
     Returns
     -------
     dict
-        The chosen value of every parameter of the grid, of equals the first; empty where no
-        point can be judged.
+        The chosen value of every parameter of the grid (the first point in a tie); empty if no
+        point has a finite error.
     """
     points = [dict(zip(grid, values, strict=True)) for values in product(*grid.values())]
     errors = [

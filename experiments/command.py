@@ -1,4 +1,4 @@
-"""What every command shares: how it is called, how its run is kept, and how it ends."""
+"""Common to all commands: overrides, the run's folder, error messages and exit status."""
 
 import contextlib
 import cProfile
@@ -28,13 +28,13 @@ from narx.experiments.runs.sweep import USER_ERROR_STATUS, SweepReport
 from narx.experiments.sources import data_sha256
 
 CONFIG_PATH = "pkg://narx.configs"
-# the machine refuses to write: no fault of the program
+# the file system refuses the write: not a bug of the program
 _REFUSED = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
-# as a shell reports a process that Ctrl-C has ended
+# the status that a shell reports for a process ended by Ctrl-C
 INTERRUPTED_STATUS = 130
-# below a run's folder while it lasts: states of its trainings
+# subfolder of an unfinished run, with the states of its trainings
 _LAST = "last"
-# of a profile, the slowest
+# number of functions of a profile that are printed, the slowest first
 _FUNCTIONS_SHOWN = 30
 
 register_resolvers()
@@ -59,7 +59,7 @@ def _mistakes_end_with_one_line(config_name: str) -> Iterator[None]:
 def _about_writing(error: OSError) -> str:
     where = error.filename or "the run's folder"
     return (
-        f"{where}: {error.strerror}; expected a place that can be written: another working "
+        f"{where}: {error.strerror}; expected a writable location: another working "
         "directory, or hydra.run.dir=DIR (with -m hydra.sweep.dir=DIR)"
     )
 
@@ -78,23 +78,23 @@ def in_sweep() -> bool:
 def command(
     config_name: str, *, keeps_run: bool = True
 ) -> Callable[[Callable[[DictConfig], object]], Callable[[], None]]:
-    """Make a function of a configuration into a command with Hydra overrides.
+    """Turn a function of a configuration into a command with Hydra overrides.
 
     Parameters
     ----------
     config_name : str
         Primary configuration below `configs/`.
     keeps_run : bool
-        Whether a run has a folder (`narx.experiments.runs.folder`): one that is finished is not
-        done again, and its value is returned. Without a folder the command cannot sweep.
+        Whether a run has a folder (`narx.experiments.runs.folder`). A finished run is not
+        repeated; its value is returned. Without a folder, the command does not support sweeps.
 
     Returns
     -------
     callable
-        Decorator. The command ends with status 2 and one line on standard error if the user is
-        to mend something (`UserError`, or a configuration that cannot be composed), and with a
-        traceback only for a fault of the program. In a sweep all other jobs run, and there is
-        such a line for each that failed.
+        Decorator. The command ends with status 2 and one line on standard error if the user has
+        to fix something (`UserError`, or a configuration that cannot be composed), and with a
+        traceback only for a bug of the program. In a sweep, all other jobs run, and one such line
+        is printed for each failed job.
     """
 
     def decorate(function: Callable[[DictConfig], object]) -> Callable[[], None]:
@@ -105,9 +105,9 @@ def command(
             nonlocal started
             started = True
             if in_sweep() and keeps_run:
-                # what fails goes to the launcher, as an exception
+                # the launcher receives a failure as an exception
                 return _kept(function, checked_configuration(cfg, config_name))
-            # within the job, since Hydra adds a line of its own to what leaves it as an exception
+            # within the job, since Hydra adds a line of its own to an exception that leaves it
             with _mistakes_end_with_one_line(config_name):
                 checked = checked_configuration(cfg, config_name)
                 return _kept(function, checked) if keeps_run else function(checked)
@@ -116,7 +116,7 @@ def command(
 
         def main() -> None:
             """Run the command with the overrides on the command line."""
-            # lets Hydra raise instead of printing and exiting with 1 itself
+            # makes Hydra raise, instead of printing and exiting with status 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
             sys.argv[1:] = readable(sys.argv[1:])
             nonlocal started
@@ -126,17 +126,17 @@ def command(
                 with _mistakes_end_with_one_line(config_name):
                     if not keeps_run and {"-m", "--multirun"} & set(sys.argv):
                         raise UserError(
-                            f"{config_name} -m: a call writes one file, expected a call a file"
+                            f"{config_name} -m: sweeps are not supported; use one call per file"
                         )
                     task()
             except KeyboardInterrupt:
                 sys.exit(_interrupted(begun=started))
             except Exception as error:
-                if isinstance(error, OSError) and not started:  # a file is in the folder's place
+                if isinstance(error, OSError) and not started:  # a file of that name
                     sys.exit(_report(_about_writing(error)))
-                # Optuna, for one, finds no best trial where all have failed
+                # e.g. Optuna raises when there is no best trial because all have failed
                 status = 0 if SweepReport.current is None else SweepReport.current.report()
-                if status == 0 and not started:  # Hydra's parts raise whatever they raise
+                if status == 0 and not started:  # Hydra's plugins raise exceptions of any type
                     status = _report(composition_mistake(error, config_name, sys.argv[1:]))
                 if status == 0:
                     raise
@@ -152,13 +152,13 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
     folder = run_directory()
     with claimed(folder, cfg, data_sha256(cfg)) as run:
         if run.finished:
-            print(f"{folder}: finished before, left as it is")
+            print(f"{folder}: already finished, nothing to do")
             return run.record.get("value")
         try:
             value = _profiled(function, cfg, folder) if cfg.get("profile") else function(cfg)
         except KeyboardInterrupt:
             if not in_sweep():
-                _print_interrupted(f"the same command with hydra.run.dir={folder} goes on")
+                _print_interrupted(f"repeat the command with hydra.run.dir={folder} to continue")
                 sys.exit(INTERRUPTED_STATUS)
             raise
         shutil.rmtree(folder / _LAST, ignore_errors=True)
@@ -181,12 +181,12 @@ def _interrupted(begun: bool) -> int:
         _print_interrupted(f"the same command {how}")
     else:
         SweepReport.current.report()
-        _print_interrupted("the same command goes on with the jobs that are not finished")
+        _print_interrupted("repeat the command to run the unfinished jobs")
     return INTERRUPTED_STATUS
 
 
-def _print_interrupted(how_to_go_on: str) -> None:
-    print(f"\ninterrupted: what is finished is kept; {how_to_go_on}", file=sys.stderr)
+def _print_interrupted(how_to_continue: str) -> None:
+    print(f"\ninterrupted: finished work is kept; {how_to_continue}", file=sys.stderr)
 
 
 def _report(message: str) -> int:
@@ -195,28 +195,28 @@ def _report(message: str) -> int:
 
 
 def run_directory() -> Path:
-    """Return the directory that Hydra made for this run.
+    """Return the directory that Hydra created for this run.
 
     Returns
     -------
     pathlib.Path
-        Where everything that the run leaves is written.
+        Where all output of the run is written.
     """
     return Path(HydraConfig.get().runtime.output_dir)
 
 
 def states_folder(cfg: DictConfig) -> Path:
-    """Return where the states of this run's trainings are kept until it has finished.
+    """Return the folder in which the states of this run's trainings are kept until it has finished.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        With ``resume=never``, what a launch that was cut off has left there is deleted.
+        With ``resume=never``, states left by an interrupted launch are deleted.
 
     Returns
     -------
     pathlib.Path
-        As `narx.Trainer` takes it.
+        Folder, as `progress_folder` of `narx.Trainer`.
     """
     folder = run_directory() / _LAST
     if cfg.resume == "never":

@@ -1,4 +1,4 @@
-"""Two recordings for the first try: a simulated walker's thigh and shank, as CSV files.
+"""Two recordings for a first try: thigh and shank of a simulated walker, as CSV files.
 
 python -m experiments.demo_recordings output=demo
 """

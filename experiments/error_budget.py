@@ -1,9 +1,10 @@
-"""Break down the error of the knee angle on simulated gait by its sources.
+"""Break down the knee angle error on simulated gait by its sources.
 
 python -m experiments.error_budget
 
-The *floor* is the error, against the markers, of a method that knows the orientation of every
-sensor exactly: tissue, landmarks and calibration. It is compared with the network.
+The *floor* is the error, relative to the markers, of a method that is given the exact orientation
+of every sensor: what remains is due to soft tissue, landmarks and calibration. It is compared with
+the network.
 """
 
 from collections.abc import Iterator
@@ -96,7 +97,7 @@ def knee_errors(
     method : OrientationMethod
         Method to compare with the floor.
     skip_s : float
-        Start of each trial that is not scored, s.
+        Length of the start of each trial that is not scored, s.
 
     Yields
     ------

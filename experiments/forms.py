@@ -1,4 +1,4 @@
-"""The forms in which a method is compared: as printed, with the same ingredients, and chosen."""
+"""The forms of a method in a benchmark: as printed, with equal ingredients, parameters chosen."""
 
 import inspect
 from collections.abc import Mapping
@@ -19,17 +19,17 @@ def forms_of(cfg: DictConfig, method: str) -> dict[str, dict[str, Any]]:
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `method` (settings by name) and `forms` (overrides by name of the form; `only` names
-        the methods that have it).
+        With `method` (settings by name) and `forms` (overrides by name of the form; `only` lists
+        the methods that the form applies to).
     method : str
         Name of the method.
 
     Returns
     -------
     dict of str to dict
-        Settings with ``_target_``, by row: the method's own name as printed, with the name of
-        the form behind it otherwise. A form changes what the method has a parameter for; one that
-        changes nothing is no row.
+        Settings with ``_target_``, by row. The row as printed has the method's name, every other
+        row has the name of the form appended. Overrides that the method has no parameter for are
+        ignored; a form that changes nothing gets no row.
 
     Raises
     ------
@@ -56,19 +56,19 @@ def forms_of(cfg: DictConfig, method: str) -> dict[str, dict[str, Any]]:
 
 
 def grid_of(cfg: DictConfig, method: str) -> Mapping[str, list[Any]]:
-    """Look up what a method's parameters are chosen from.
+    """Look up the grid from which a method's parameters are chosen.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `grid`.
+        With `grid`.
     method : str
         Name of the method.
 
     Returns
     -------
     mapping of str to list
-        Values by parameter; empty where there is nothing to choose.
+        Candidate values of each parameter; empty if nothing is chosen.
     """
     grids = cfg.get("grid") or {}
     return _plain(grids[method]) if method in grids else {}

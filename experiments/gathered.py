@@ -1,4 +1,4 @@
-"""What a benchmark has gathered once all its trials have run."""
+"""The results of a benchmark once all its trials have run."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,28 +13,28 @@ from narx.inference.checkpoint import Checkpoint
 
 @dataclass
 class Gathered:
-    """Everything that tables and figures are made from.
+    """All results that tables and figures are made from.
 
     Parameters
     ----------
     results : pandas.DataFrame
         The rows of ``results.csv``.
     evaluated : list of Evaluated
-        Thinned out, for figures: joints where there are any, else segments.
+        Decimated, for figures: joints if there are any, otherwise segments.
     refusals : list of Refusal
-        Methods that a recording did not fit.
+        Methods that were not applicable to a recording.
     networks : dict of str to Checkpoint
-        By fold; empty where no network ran.
+        By fold; empty if no network ran.
     sources : dict of str to str
-        Data files and their SHA-256.
+        SHA-256 of each data file.
     notes : list of str
-        What the sources did to their data.
+        Changes that the sources made to their data.
     workload : Workload
-        Time in each method.
+        Time spent in each method.
     chosen : dict of tuple of str to dict
-        Parameters that were chosen, by fold and row.
+        Chosen parameters, by fold and row.
     not_causal : set of str
-        Rows that look ahead.
+        Rows that use later samples.
     """
 
     results: pd.DataFrame

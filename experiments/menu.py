@@ -1,6 +1,6 @@
-"""What `--help` shows: what a command is for, with examples, and every key with its meaning.
+"""The text of `--help`: purpose and examples of a command, and the meaning of every key.
 
-Both are read from the comments of the configuration files, so they cannot say anything else.
+Both are read from the comments of the configuration files, so help and comments always agree.
 """
 
 from pathlib import Path
@@ -35,7 +35,7 @@ def _body(path: Path) -> str:
         lines.pop(0)
     body, skipping = [], False
     for line in lines:
-        # how the file is put together is no key of the command
+        # the keys that compose the file are not keys of the command
         if not line.startswith((" ", "#")):
             skipping = line.startswith(("defaults:", "hydra:", "_target_:", "_partial_:"))
         if not skipping:
@@ -51,7 +51,7 @@ def _keys() -> str:
     hydra = HydraConfig.get()
     files = {"": _CONFIGS / f"{hydra.job.config_name}.yaml"}
     if any("- common" in line for line in _lines(files[""])):
-        files["of training and benchmark alike"] = _CONFIGS / "common.yaml"
+        files["shared by training and benchmark"] = _CONFIGS / "common.yaml"
     parts = [_body(path) for path in files.values()]
     for group, choice in hydra.runtime.choices.items():
         for option in [choice] if isinstance(choice, str) else choice or []:
@@ -67,10 +67,10 @@ def _indented(body: str, group: str) -> str:
 
 
 def _escaped(text: str) -> str:
-    return text.replace("$", "$$")  # Hydra fills in a template of its own
+    return text.replace("$", "$$")  # Hydra substitutes this text into its own template
 
 
 def register_resolvers() -> None:
-    """Make ``${what_it_does:}`` and ``${keys:}`` known to the template of `--help`."""
+    """Register ``${what_it_does:}`` and ``${keys:}`` for the template of `--help`."""
     OmegaConf.register_new_resolver("what_it_does", _what_it_does, replace=True)
     OmegaConf.register_new_resolver("keys", _keys, replace=True)

@@ -25,8 +25,8 @@ _LABELS = {
     "zero": "Zero",
 }
 
-# NARX red, PI green, CF blue as in Tham et al., Fig. 6; the others apart from these and from each
-# other, also for colour-blind eyes (Okabe and Ito)
+# NARX red, PI green, CF blue as in Tham et al., Fig. 6; the others can be told apart from these
+# and from each other by colour-blind readers as well (Okabe and Ito)
 _COLOURS = {
     "narx": "#c8102e",
     "narx_smoothed": "#f28e8e",
@@ -63,7 +63,7 @@ _MOST_DRAWN = 6
 _FURTHER_COLOURS = ("#bcbd22", "#17becf", "#7f7f7f", "#aec7e8", "#ffbb78", "#98df8a")
 
 
-# what a row's name may end with (`narx.experiments.forms`), in the order of tables
+# suffixes of row names (`narx.experiments.forms`), in the order of tables
 _FORMS = ("", "_heading_zero", "_start_up", "_same")
 _CHOSEN = "_chosen"
 # what of the network's ingredients a method has, if not coupled axes with a start-up: a filter gets
@@ -77,7 +77,7 @@ BLOCKS = ("as printed", "same ingredients")
 
 
 def _parts(row: str) -> tuple[str, str, bool]:
-    """Method, form and whether its parameters were chosen."""
+    """Split a row's name into method, form, and whether its parameters were chosen."""
     name = row.removesuffix(_CHOSEN)
     form = next((form for form in _FORMS[1:] if name.endswith(form)), "")
     return name.removesuffix(form), form, name != row
@@ -100,7 +100,7 @@ def method_of(row: str) -> str:
 
 
 def method_block(row: str) -> str:
-    """Return the block of tables that a row belongs to.
+    """Return the block of the tables to which a row belongs.
 
     Parameters
     ----------
@@ -110,7 +110,8 @@ def method_block(row: str) -> str:
     Returns
     -------
     str
-        ``as printed``, or ``same ingredients``: the network, and what was given its parts.
+        ``as printed``, or ``same ingredients``: the network, and the methods with the same
+        start-up, washout and heading leak as the network.
     """
     method, form, _ = _parts(row)
     same = form in ("_start_up", "_same") or method in ("narx", "narx_smoothed")
@@ -125,7 +126,7 @@ def method_label(row: str, not_causal: Container[str] = ()) -> str:
     row : str
         Name in ``results.csv``.
     not_causal : container of str
-        Rows that look ahead: it is said behind the name.
+        Rows that use later samples; this is added to the name.
 
     Returns
     -------
@@ -203,8 +204,8 @@ def method_colour(row: str) -> str:
     Returns
     -------
     str
-        Hexadecimal RGB, the same for all forms of a method; an unknown method gets one that
-        depends on its name alone.
+        Hexadecimal RGB, the same for all forms of a method; that of an unknown method is derived
+        from its name.
     """
     method = _parts(row)[0]
     if method in _COLOURS:

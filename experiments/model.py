@@ -1,4 +1,4 @@
-"""A network and all that belongs to it, as one section of the configuration describes them."""
+"""The section `model` of the configuration: a network's design, training objective and use."""
 
 from dataclasses import dataclass, field
 
@@ -13,7 +13,7 @@ from narx.training.objective import Objective
 
 @dataclass(frozen=True)
 class ModelSettings(NetworkDesign):
-    """The section `model`: a network's design, how it is trained for and how it is run.
+    """The section `model`: a network's design, its training objective and how it is run.
 
     Parameters
     ----------
@@ -24,11 +24,11 @@ class ModelSettings(NetworkDesign):
     start_up : StartUp
         How the trained network starts.
     washout_s : float, optional
-        As `narx.inference.NarxMethod`, s; None leaves a lasting deviation.
+        As `narx.inference.NarxMethod`, s; with None, a constant offset is not removed.
     objective : Objective
-        What training minimises.
+        Objective that training minimises.
     tracker : PostureTracker, optional
-        Learns posture and bias as the network runs, instead of start-up and washout.
+        Estimates posture and gyroscope bias while the network runs; replaces start-up and washout.
     """
 
     axis_scaling: AxisScaling = "training"

@@ -1,4 +1,4 @@
-"""Train the network of a fold, as the configuration says."""
+"""Train the network of a fold as configured."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -28,7 +28,7 @@ def network_of(
     log: Log,
     progress_folder: Path | None = None,
 ) -> Checkpoint:
-    """Train, load, or take the shipped network for a fold.
+    """Train the network of a fold, or load one, or use the shipped one.
 
     Parameters
     ----------
@@ -63,18 +63,18 @@ def choose(
     fold: Fold,
     progress_folder: Path | None = None,
 ) -> DictConfig:
-    """Choose among candidate settings without a look at the test part (nested validation).
+    """Choose among candidate settings by nested validation, without using the test part.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `candidates`: overrides such as ``model.hidden=3``, several of one candidate
-        separated by spaces.
+        With `candidates`: overrides such as ``model.hidden=3``; several overrides of one candidate
+        are separated by spaces.
     sources : mapping of str to TrialSource
         By name.
     fold : Fold
-        Its training trials are left out one by one; the candidate with the smallest mean
-        closed-loop error on them wins.
+        Each of its training trials is left out once; the candidate with the smallest mean
+        closed-loop error on these trials is chosen.
     progress_folder : pathlib.Path, optional
         As `narx.Trainer`.
 
@@ -86,7 +86,7 @@ def choose(
     Raises
     ------
     UserError
-        If there are fewer than two training trials to choose by.
+        If there are fewer than two training trials.
     """
     keys = list(dict.fromkeys(part.key for part in fold.training))
     if len(keys) < 2:
@@ -154,7 +154,7 @@ def train(
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `model`, `optimizer`, `teacher`, `training`.
+        With `model`, `optimizer`, `teacher`, `training`.
     sources : mapping of str to TrialSource
         By name.
     fold : Fold
@@ -178,18 +178,18 @@ def train(
     network = made.fit_fold(sources, fold, log)
     config = OmegaConf.to_container(cfg, resolve=True)
     assert isinstance(config, dict)
-    # where recordings lie does not matter to those who get the network
+    # the location of the recordings is of no use to the recipient of the network
     config.pop("data_root")
     return replace(network, history=network.history | {"config": config})
 
 
 def trainer(cfg: DictConfig) -> Trainer:
-    """Make the trainer that a configuration describes.
+    """Create the trainer described by a configuration.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `model`, `optimizer`, `teacher`, `calibration`, `training`.
+        With `model`, `optimizer`, `teacher`, `calibration`, `training`.
 
     Returns
     -------

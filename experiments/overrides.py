@@ -1,6 +1,6 @@
-"""The words on the command line, made into what Hydra's grammar takes.
+"""Quote command-line arguments where Hydra's grammar requires it.
 
-File names may hold letters, blanks, commas and brackets that Hydra reads as syntax.
+File names may contain letters, blanks, commas and brackets that Hydra reads as syntax.
 """
 
 import re
@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-# where a comma is part of a name
+# contexts in which a comma is part of a name
 _FILES = ("input", "output", "checkpoint", "data_root", "still_file")
 _OPENING = ("'", '"', "[", "{", "$")
 # an element of a list, or a key and its value
@@ -17,18 +17,18 @@ _ELEMENT = re.compile(r"""(?<=[\[{,])(\s*(?:\w+\s*:\s*)?)([^\s\[\]{},'"][^\[\]{}
 
 
 def readable(arguments: Iterable[str]) -> list[str]:
-    """Quote file names.
+    """Quote arguments such as file names.
 
     Parameters
     ----------
     arguments : iterable of str
-        Words of the command line after the program's name.
+        Command-line arguments after the program's name.
 
     Returns
     -------
     list of str
-        A value that Hydra's grammar does not take, and a file name with a comma, in quotes; all
-        others as they are.
+        Values that Hydra's grammar does not accept and file names with a comma are quoted; all
+        others are unchanged.
     """
     return [_readable(argument) for argument in arguments]
 
@@ -50,13 +50,13 @@ def _is_grammar(argument: str) -> bool:
     try:
         OverridesParser.create().parse_override(argument)
     except (HydraException, ValueError, RecursionError):
-        # a number of thousands of digits, brackets within thousands of brackets
+        # raised for numbers with thousands of digits, or brackets nested thousands deep
         return False
     return True
 
 
 def _quoted(text: str) -> str:
-    # backslashes count as such but before a quote
+    # a backslash is literal, except before a quote
     return "'" + re.sub(r"(\\*)(?='|$)", r"\1\1", text).replace("'", r"\'") + "'"
 
 

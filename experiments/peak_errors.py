@@ -2,9 +2,9 @@
 
 Both angles go to 1000 samples a second by linear interpolation and are trimmed from the first to
 the last minimum; then come correlation, RMSE, and the errors of the positive and negative peaks,
-because those give the opening angle of a stride. In print the two recordings had clocks of their
-own, and "identical points" were matched by hand; here reference and estimate share one clock, so
-both are trimmed at the reference's minima and a method that lags pays for it.
+because those give the opening angle of a stride. In the paper the two recordings had separate
+clocks, and "identical points" were matched by hand; here reference and estimate share one clock,
+so both are trimmed at the reference's minima and a method's lag increases its error.
 """
 
 from collections.abc import Iterable
@@ -22,11 +22,11 @@ from narx.kinematics.segment_angles import SAGITTAL
 from narx.types import BoolArray, FloatArray
 
 RATE_HZ = 1000.0
-# a stride of running still takes this long
+# shorter than any stride, running included
 SHORTEST_STRIDE_S = 0.5
-# a peak stands out of the waveform by this share of its range, ripples do not
+# prominence of a peak as a share of the waveform's range; ripples are less prominent
 PROMINENCE = 0.3
-# an estimated peak further away than this belongs to another event
+# an estimated peak further away than this belongs to a different event
 LARGEST_LAG_S = 0.25
 
 PEAKS = ("positive", "negative")
@@ -77,7 +77,7 @@ def swing(evaluated: Evaluated, method: str, axis: int = SAGITTAL) -> Swing:
     evaluated : Evaluated
         A thigh (any segment whose angle goes up and down once a stride).
     method : str
-        Whose estimate.
+        Method whose estimate is used.
     axis : int
         Index into `narx.kinematics.segment_angles.AXES`.
 
@@ -121,10 +121,10 @@ def peak_errors(angles: Swing) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row a pair of peaks that are each other's nearest and at most `LARGEST_LAG_S` apart:
+        One row per pair of peaks that are mutual nearest neighbours, at most `LARGEST_LAG_S` apart:
         ``peak`` (positive, negative), ``time_s``, ``lag_s`` (estimate after reference),
-        ``reference_deg``, ``estimate_deg``, ``error_deg``. Each height is taken at its own peak.
-        The two minima at which the waveforms are cut are left out, being cut in half.
+        ``reference_deg``, ``estimate_deg``, ``error_deg``. Each angle is read at its own peak.
+        The two minima at which the waveforms are trimmed are left out: only half of each remains.
     """
     reference, estimate = angles.reference_deg, angles.estimate_deg
     farthest = round(LARGEST_LAG_S * RATE_HZ)
@@ -165,7 +165,7 @@ def swing_results(
     all_evaluated : iterable of Evaluated
         Thighs.
     groups : dict of str to str, optional
-        Subject to group (the paper's are Males and Females); without it there is only ``All``.
+        Group of each subject (in the paper: Males and Females); by default there is only ``All``.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def swing_results(
     peaks : pandas.DataFrame
         The rows of `peak_errors` with the same names.
     refused : list of str
-        Why trials are missing, a line each.
+        Reasons for missing trials, one line each.
     """
     trials: list[dict[str, object]] = []
     peaks, refused = [], []

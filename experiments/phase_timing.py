@@ -1,4 +1,4 @@
-"""Gait phases from one thigh compared with the true events, for Tables 2 and 3."""
+"""Compare the gait phases detected on one thigh with the true events, for Tables 2 and 3."""
 
 from collections.abc import Mapping
 
@@ -8,18 +8,18 @@ from numpy.typing import ArrayLike
 
 from narx.gait.phases import PHASES, GaitPhases
 
-# a point further than this from every true event is not matched
+# a detected point further than this from every true event is not matched
 LARGEST_ERROR_S = 0.3
 
-# what ends or begins the phases by definition (Perry, Gait analysis, 1992): loading response ends
-# when the other foot leaves the ground, terminal stance when it comes down; end of swing and end
-# of mid stance (heel rise) are no events of a foot that leaves or touches
+# events that delimit the phases (Perry, Gait analysis, 1992): loading response ends at the other
+# foot's toe-off, terminal stance at its heel strike; the end of swing and the end of mid stance
+# (heel rise) coincide with neither a heel strike nor a toe-off
 _OWN = {"b": "heel_strike", "f": "toe_off"}
 _OTHER = {"c": "toe_off", "e": "heel_strike"}
 
 
 def phase_shares(phases: GaitPhases) -> pd.DataFrame:
-    """Length of every phase as a share of its stride.
+    """Duration of every phase as a share of its stride.
 
     Parameters
     ----------
@@ -53,17 +53,17 @@ def event_errors(
     phases : GaitPhases
         Of one thigh, times from the first sample.
     events_s : mapping of str to array_like
-        True times by event and foot: ``heel_strike_right``, ``toe_off_left``, ...; an event that
-        is not in it is not compared.
+        True times by event and foot: ``heel_strike_right``, ``toe_off_left``, ...; missing events
+        are not compared.
     side : {"left", "right"}
-        Of the thigh.
+        Side of the thigh.
     start_s : float
         Time of the first sample on the clock of the events, s.
 
     Returns
     -------
     pandas.DataFrame
-        Columns ``point`` and ``error_s`` (detected less true), a row a detected point: ``b``
+        Columns ``point`` and ``error_s`` (detected minus true), one row per detected point: ``b``
         against the foot's own heel strike, ``c`` the other foot's toe-off, ``e`` the other foot's
         heel strike, ``f`` its own toe-off. NaN where no true event is within `LARGEST_ERROR_S`.
     """

@@ -1,4 +1,4 @@
-"""Angles from recordings, with a trained network: of one segment, of a leg, or of many files.
+"""Compute angles from recordings with a trained network: a segment, a leg, or many files.
 
 python -m experiments.predict checkpoint=PATH input=walk.csv output=angles.csv
 python -m experiments.predict "input={thigh_right: a.csv, shank_right: b.csv}" output=knee.csv
@@ -33,7 +33,7 @@ def _predict(cfg: DictConfig) -> None:
     sources = list(files.values()) if files else [Path(str(cfg.input))]
     for source in sources:
         if target.exists() and source.exists() and target.samefile(source):
-            raise UserError(f"output: '{target}' is the input, expected another name")
+            raise UserError(f"output: '{target}' is also the input, expected another name")
     check_suffix(target)
     if files is not None:
         predict_files(cfg, files, target)

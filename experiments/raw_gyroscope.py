@@ -1,4 +1,4 @@
-"""Give a calibrated segment its gyroscope's static bias back."""
+"""Restore the static gyroscope bias of a calibrated segment."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from narx.recordings.trial import side_of
 
 
 def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
-    """Undo the removal of the static bias, for methods that are to deal with it themselves.
+    """Undo the removal of the static bias, for methods that must handle it themselves.
 
     Parameters
     ----------
@@ -18,7 +18,7 @@ def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
     Returns
     -------
     CalibratedSegment
-        The same frames and reference, with rates as the sensor gave them.
+        The same frames and reference, with the rates as measured by the sensor.
     """
     bias = segment.sensor_to_anatomical.apply(segment.static_bias_rad_s)
     rates = segment.signals.axis_rates_rad_s + clinical_rates(
@@ -27,5 +27,5 @@ def with_static_bias(segment: CalibratedSegment) -> CalibratedSegment:
     return replace(
         segment,
         signals=replace(segment.signals, axis_rates_rad_s=rates),
-        notes=(*segment.notes, "static gyroscope bias put back"),
+        notes=(*segment.notes, "static gyroscope bias restored"),
     )

@@ -1,4 +1,4 @@
-"""The methods beside the network: every form of each, default and chosen."""
+"""The methods compared with the network: every form of each, with default or chosen parameters."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -18,7 +18,7 @@ from narx.experiments.networks import trainer
 from narx.method import OrientationMethod
 from narx.training.trial_reader import Stretch
 
-# one network, run forwards alone or backwards as well, and another one trained as printed
+# the network run forwards only, forwards and backwards, and one trained axis by axis as printed
 NETWORK_METHODS = frozenset({"narx", "narx_smoothed", "narx_axis_by_axis"})
 # the tilt does not show the leak of the heading, so it is chosen after the rest, by its own axis
 _HEADING_LEAK = "heading_leak_rad_s"
@@ -27,18 +27,18 @@ _TRANSVERSE_ALONE = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Rivals:
-    """Rows of a benchmark that are not networks.
+    """The rows of a benchmark that are not networks.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
         The benchmark's configuration.
     settings : mapping of str to dict
-        Of every row with default parameters.
+        Settings of every row, with default parameters.
     grids : mapping of str to mapping
-        What the parameters of a row are chosen from.
+        Grid from which the parameters of a row are chosen.
     gathered : Gathered
-        Is given what was chosen.
+        Records the chosen parameters.
     """
 
     cfg: DictConfig
@@ -47,12 +47,13 @@ class Rivals:
     gathered: Gathered
 
     def methods_for(self, fold: Fold, prepare: Prepare) -> dict[str, OrientationMethod]:
-        """Make the methods of a fold.
+        """Create the methods of a fold.
 
         Parameters
         ----------
         fold : Fold
-            Its training part chooses parameters; without one there are default rows alone.
+            Parameters are chosen on its training part; without one, there are only the default
+            rows.
         prepare : callable
             Loads and calibrates a trial.
 
@@ -125,19 +126,19 @@ class Rivals:
 
 
 def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
-    """List the rows that a configuration asks for.
+    """List the rows requested by a configuration.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `methods`, `method`, `forms`, `choose` and `grid`.
+        With `methods`, `method`, `forms`, `choose` and `grid`.
     gathered : Gathered
-        Receives the methods whose library is not installed.
+        Records the methods whose library is not installed.
 
     Returns
     -------
     Rivals
-        Makes the methods, fold by fold.
+        Creates the methods of each fold.
 
     Raises
     ------
@@ -151,7 +152,7 @@ def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
             continue
         if name not in cfg.method:
             known = ", ".join([*sorted(NETWORK_METHODS), *sorted(cfg.method)])
-            raise UserError(f"methods: no method is named '{name}', expected some of {known}")
+            raise UserError(f"methods: unknown method '{name}', expected some of {known}")
         rows = forms_of(cfg, name)
         try:
             for row in rows.values():

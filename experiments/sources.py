@@ -1,4 +1,4 @@
-"""From the configuration's `data` to trials on disk or in the simulator."""
+"""Open the trial sources of the configuration's `data`: recordings on disk, or the simulator."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -25,8 +25,8 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `data` (source name to its constructor) and `data_root` (folder with one subfolder
-        a source, or null: the download cache); `select` filters by subject, condition, trial.
+        With `data` (constructor of each source by name) and `data_root` (folder with one subfolder
+        per source, or null for the download cache); `select` filters by subject, condition, trial.
 
     Returns
     -------
@@ -36,11 +36,11 @@ def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
     Raises
     ------
     UserError
-        If the data root does not exist or a selection names something unknown.
+        If the data root does not exist or a selection contains an unknown name.
     """
     root = None if cfg.data_root is None else Path(cfg.data_root).expanduser()
     if root is not None and not root.is_dir():
-        raise UserError(f"data_root: no folder '{root}'; give one that holds a folder per source")
+        raise UserError(f"data_root: no folder '{root}'; expected one with a subfolder per source")
     sources: dict[str, TrialSource] = {}
     for name, constructor in _constructors(cfg).items():
         overrides = {}
@@ -73,23 +73,23 @@ def _prepared(
 
 
 def _constructors(cfg: DictConfig) -> dict[str, DictConfig]:
-    """Sections of sources, without the seed beside them."""
+    """Sections of the sources in `data`, without its seed."""
     return {str(k): v for k, v in cfg.get("data", {}).items() if isinstance(v, DictConfig)}
 
 
 def data_sha256(cfg: DictConfig) -> dict[str, str]:
-    """Digest the recordings that a run may read.
+    """Compute a digest of the recordings that a run may read.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        As for `open_sources`; a command without `data` reads none.
+        As for `open_sources`; a command without `data` has none.
 
     Returns
     -------
     dict of str to str
-        SHA-256 over the names and contents of all files of a source, by its name; a source that
-        is simulated, or not downloaded yet, is left out.
+        SHA-256 over the names and contents of all files of each source, by its name; sources that
+        are simulated or not yet downloaded are left out.
     """
     return {
         name: digest
@@ -118,7 +118,7 @@ def _folder(root: Path, name: str) -> Path:
 
 
 def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:
-    """List the trials of all sources, a column `source` first.
+    """List the trials of all sources, with `source` as the first column.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns source, subject, condition, trial, and what the sources add.
+        Columns source, subject, condition, trial, and further columns of the sources.
     """
     frames = []
     for name, source in sources.items():
@@ -141,21 +141,21 @@ def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:
 def one_ahead(
     parts: Iterable[TrialPart], prepare: Callable[[TrialPart], T]
 ) -> Iterator[tuple[TrialPart, T]]:
-    """Prepare the next trial in a second thread while the present one is worked on.
+    """Prepare the next trial in a second thread while the current one is processed.
 
     Parameters
     ----------
     parts : iterable of TrialPart
-        In the order wanted.
+        Trial parts, in order.
     prepare : callable
-        Loads and calibrates; what it raises is raised here.
+        Loads and calibrates a trial; its exceptions are raised here.
 
     Yields
     ------
     part : TrialPart
-        As given.
+        The part.
     prepared : object
-        What `prepare` made of it.
+        Result of `prepare` for it.
     """
     with ThreadPoolExecutor(max_workers=1) as worker:
         pending: tuple[TrialPart, Future[T]] | None = None

@@ -1,4 +1,4 @@
-"""What a run shows in TensorBoard: the same tag for the same thing in every run."""
+"""Output of a run to TensorBoard, with the same tags in every run."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ from torch.utils.tensorboard.summary import hparams
 
 from narx.inference.checkpoint import Checkpoint
 
-# configuration that is worth a column in the table of runs
+# configuration sections that become columns in the table of runs
 _COMPARED = ("seed", "data", "split", "calibration", "teacher", "model", "optimizer", "training")
 
 
@@ -24,7 +24,7 @@ class TensorBoardLog:
     Parameters
     ----------
     directory : pathlib.Path
-        Where the event file goes; one that a run left here which was cut off is deleted, because
+        Folder of the event file. An event file of an interrupted run in it is deleted, because
         TensorBoard would join the two curves.
     """
 
@@ -46,17 +46,17 @@ class TensorBoardLog:
         self._writer.close()
 
     def of_fold(self, name: str) -> "TensorBoardLog":
-        """Open the log of one fold, a run of its own, so that its tags need no name.
+        """Open the log of one fold as a separate run, so that its tags need not contain the fold.
 
         Parameters
         ----------
         name : str
-            Folder below that of this run.
+            Name of the subfolder of this run's log.
 
         Returns
         -------
         TensorBoardLog
-            To be closed by the caller.
+            Log, to be closed by the caller.
         """
         return TensorBoardLog(self._directory / name)
 
@@ -66,7 +66,7 @@ class TensorBoardLog:
         Parameters
         ----------
         number : int
-            Of the iteration.
+            Number of the iteration.
         numbers : mapping of str to float
             By name; each has the tag ``training/<name>``.
         """
@@ -79,9 +79,9 @@ class TensorBoardLog:
         Parameters
         ----------
         cfg : omegaconf.DictConfig
-            The run's.
+            Configuration of the run.
         fold : str
-            What was trained on.
+            Name of the training fold.
         """
         yaml = OmegaConf.to_yaml(cfg, resolve=True)
         self._writer.add_text("configuration", "    " + yaml.replace("\n", "\n    "))
@@ -93,7 +93,7 @@ class TensorBoardLog:
         Parameters
         ----------
         network : Checkpoint
-            Trained.
+            Trained network.
         """
         for name, values in network.model.named_parameters():
             self._writer.add_histogram(f"weights/{name}", values.detach().numpy())
@@ -109,7 +109,7 @@ class TensorBoardLog:
         Returns
         -------
         dict of str to float
-            What is shown, by tag.
+            The logged values, by tag.
         """
         means = results.groupby(["segment", "axis", "method"])["rmse_deg"].mean().dropna()
         names = means.index.to_frame(index=False).to_numpy()
@@ -121,7 +121,7 @@ class TensorBoardLog:
         return shown
 
     def scalars(self, numbers: Mapping[str, float]) -> None:
-        """Show numbers that a run has once.
+        """Log numbers that a run has only once.
 
         Parameters
         ----------
@@ -132,14 +132,14 @@ class TensorBoardLog:
             self._writer.add_scalar(tag, value)
 
     def table_of_runs(self, cfg: DictConfig, metrics: Mapping[str, float]) -> None:
-        """Make the run a row of the HPARAMS page.
+        """Add the run to the table of the HPARAMS page.
 
         Parameters
         ----------
         cfg : omegaconf.DictConfig
             Its settings are the columns.
         metrics : mapping of str to float
-            Tags of scalars that were shown already, beside the settings.
+            Metrics shown next to the settings, under the tags of scalars that were logged before.
         """
         # `add_hparams` of torch would open a second run for it
         writer: Any = self._writer.file_writer

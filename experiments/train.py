@@ -1,4 +1,4 @@
-"""Train a network and leave it as a checkpoint.
+"""Train a network and write it as a checkpoint.
 
 narx-train data=smartphone_pocket data_root=DIR teacher=reference seed=1
 """
@@ -37,7 +37,7 @@ WEIGHTS = "n_weights"
 
 
 def _train(cfg: DictConfig) -> float | list[float]:
-    """Train on the one fold of the split; returns what a search minimises."""
+    """Train on the only fold of the split; return the values that a search minimises."""
     seed_everything(cfg.seed)
     workload = Workload()
     directory = run_directory()
@@ -77,7 +77,7 @@ def _train(cfg: DictConfig) -> float | list[float]:
         save_figure(figure, drawn)
         log.figure("training", drawn)
     print(
-        f"{fold.name}: held-back error {metrics[HELD_BACK]:.3f} deg, stopped by "
+        f"{fold.name}: held-out error {metrics[HELD_BACK]:.3f} deg, stopped by "
         f"{network.history['report']['code']}\n{directory / 'checkpoint.pt'}"
         if in_sweep()
         else f"{summary}\n{directory / 'checkpoint.pt'}"
@@ -154,7 +154,7 @@ def _write(
 def _objectives(cfg: DictConfig, metrics: Mapping[str, float]) -> float | list[float]:
     values = []
     for name in cfg.objectives:
-        # Optuna takes a value that is not finite for a fault of the program
+        # Optuna reports a value that is not finite as an error of the program
         if not np.isfinite(metrics.get(name, np.nan)):
             raise UserError(f"objectives: {name} has no finite value in this run")
         values.append(metrics[name])

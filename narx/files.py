@@ -11,11 +11,11 @@ from contextlib import contextmanager, suppress
 from importlib import metadata
 from pathlib import Path
 
-# of a name made from data; with a prefix and a suffix of ours it stays below 255 bytes
+# longest name derived from data, in bytes; prefix and suffix keep the total below 255
 _LONGEST_BYTES = 180
-# of the temporary files beside those that are being written
+# suffix of the temporary files next to the files being written
 _TEMPORARY = ".narx-"
-# device names that Windows reserves, with any suffix
+# device names that are reserved on Windows, with any suffix
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\.|$)", re.IGNORECASE)
 
 
@@ -25,16 +25,15 @@ def safe_name(text: str, longest: int = 60) -> str:
     Parameters
     ----------
     text : str
-        Anything.
+        Any text.
     longest : int
-        Number of letters beyond which the name is cut; eight of them then identify what was cut.
+        Largest number of letters; a longer name is cut, and its last eight are a hash of the rest.
 
     Returns
     -------
     str
         Letters, digits, blanks and ``_ - + .``; no dot or blank at either end, no reserved name,
-        at most `longest` letters and 180 bytes, never empty. A name that is safe already is
-        returned unchanged.
+        at most `longest` letters and 180 bytes, never empty. A safe name is returned unchanged.
     """
     kept = re.sub(r"[^\w +.-]", "_", text).strip(". ")
     if len(kept) > longest or len(os.fsencode(kept)) > _LONGEST_BYTES:
@@ -61,7 +60,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     Yields
     ------
     pathlib.Path
-        Name to write to. It is removed if the block raises, so nothing half-written stays.
+        Path to write to. It is removed if the block raises, so no partial file remains.
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -70,7 +69,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     temporary = Path(name)
     try:
         yield temporary
-        # mkstemp makes the file private; give it the permissions any other new file gets
+        # mkstemp creates a private file; set the permissions of any other new file
         umask = os.umask(0)
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
@@ -80,15 +79,15 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def remove_temporaries(folder: str | os.PathLike[str], unused_s: float = 0.0) -> None:
-    """Remove what killed processes left of `atomic_path`.
+    """Remove temporary files of `atomic_path` left by killed processes.
 
     Parameters
     ----------
     folder : path-like
-        Folder that is searched with all folders below it.
+        Folder to search, with all its subfolders.
     unused_s : float
-        Time since the last change of a file that is removed, s. 0 is for a folder in which no
-        other process writes.
+        Only files that have not changed for this time are removed, s; 0 if no other process
+        writes to the folder.
     """
     for path in Path(folder).rglob(f"{_TEMPORARY}*"):
         # another process may have finished or removed it
@@ -141,7 +140,7 @@ def files_sha256(folder: str | os.PathLike[str], files: Iterable[Path]) -> str:
 
 @functools.cache
 def _sha256_once(path: Path, size: int, mtime_ns: int) -> str:
-    # the jobs of a sweep digest the same large files again
+    # cached, since the jobs of a sweep digest the same large files
     return sha256_of(path)
 
 

@@ -1,4 +1,4 @@
-"""The one interface that the network and every baseline share."""
+"""The common interface of the network and all baselines."""
 
 import math
 from abc import ABC, abstractmethod
@@ -14,9 +14,9 @@ from narx.kernels.clock import lay_out
 from narx.recursion import ClockNumbers, Recursion, SampleBySample, Step, new_clock
 from narx.types import BoolArray, FloatArray
 
-# a few lost samples are interpolated across, a lost part of a stride is not
+# a few lost samples are interpolated, a lost part of a stride is not
 MAX_GAP_S = 0.05
-# no leg turns half as fast (1700 deg/s); a sample beyond is a fault and counts as missing
+# twice the fastest rate of a leg (1700 deg/s); a sample above this is a fault and is missing
 RATE_LIMIT_RAD_S = 30.0
 
 
@@ -36,8 +36,8 @@ class SegmentSignals:
     specific_force_m_s2 : ndarray, shape (N, 3)
         Accelerometer x (forward), y (left), z (up) in the anatomical frame, left leg mirrored.
     initial_angles_rad : ndarray, shape (3,), optional
-        Angles at the first sample where the protocol gives them (standing in the calibration
-        posture: zero); None where the start is unknown.
+        Angles at the first sample if known from the protocol (standing in the calibration posture:
+        zero); None if the start is unknown.
     """
 
     segment: str
@@ -101,10 +101,10 @@ class Labelled(Protocol):
 class OrientationMethod(ABC):
     """Estimator of a segment's three angles from its calibrated signals.
 
-    A subclass implements `_estimate` for signals without gaps, and `_step` where the method is
-    meant to run sample by sample; both must agree. Missing samples never reach a subclass: gaps of
-    up to `MAX_GAP_S` are interpolated across, in longer ones the method pauses and goes on from
-    the state it had. The angles of missing samples are NaN either way.
+    A subclass implements `_estimate` for signals without gaps, and `_step` if the method can run
+    sample by sample; both must agree. Missing samples never reach a subclass: gaps of up to
+    `MAX_GAP_S` are interpolated; in longer ones the method pauses and then continues from its last
+    state. The angles of missing samples are always NaN.
 
     A method that learns sets `learns` and overrides `fit`.
     """
@@ -114,7 +114,7 @@ class OrientationMethod(ABC):
     streams: ClassVar[bool] = False
     # whether a benchmark calls `fit` before it tests the method on a fold
     learns: ClassVar[bool] = False
-    # how much of the time of a gap too long to interpolate across the method is given, s
+    # longest part of a gap too long to interpolate that the method steps through as missing, s
     counted_gap_s: ClassVar[float] = 0.0
 
     def fit(self, training: Sequence[Labelled], seed: int) -> None:
@@ -164,7 +164,7 @@ class OrientationMethod(ABC):
         return angles
 
     def samples(self, axis_rates_rad_s: FloatArray, specific_force_m_s2: FloatArray) -> FloatArray:
-        """Join what the method looks at.
+        """Join the inputs of the method.
 
         Parameters
         ----------
@@ -181,20 +181,21 @@ class OrientationMethod(ABC):
         return np.concatenate([axis_rates_rad_s, specific_force_m_s2], axis=-1)
 
     def bridged(self, signals: SegmentSignals) -> tuple[SegmentSignals, NDArray[np.int64]]:
-        """Interpolate short gaps and leave long ones out.
+        """Interpolate short gaps and cut out long ones.
 
         Parameters
         ----------
         signals : SegmentSignals
-            With missing samples.
+            Signals with missing samples.
 
         Returns
         -------
         signals : SegmentSignals
-            Without; the remaining samples as if they followed one another, but for the ticks of
+            Signals without missing samples, concatenated across long gaps, except for the ticks of
             `counted_gap_s`, which are NaN.
         tick_of : ndarray of int, shape (N,)
-            Which of them a sample is, or for a missing one the latest before it (-1: none).
+            Index in these signals of each sample, or for a missing one of the latest before it
+            (-1: none).
         """
         samples = self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2)
         shape = (1, signals.n_samples)
@@ -214,17 +215,17 @@ class OrientationMethod(ABC):
         return filled, tick_of[0]
 
     def clock_numbers(self, interval_s: float) -> ClockNumbers:
-        """Return how the method's samples become ticks.
+        """Return the parameters for converting the method's samples to ticks.
 
         Parameters
         ----------
         interval_s : float
-            Between ticks.
+            Time between ticks, s.
 
         Returns
         -------
         ClockNumbers
-            For `bridged`, and for samples as they come.
+            Parameters for `bridged` and for streams.
         """
         lost_most = math.ceil(self.counted_gap_s / interval_s)
         return ClockNumbers(RATE_LIMIT_RAD_S, interval_s, longest_gap_s(interval_s), lost_most)
@@ -240,13 +241,13 @@ class OrientationMethod(ABC):
         Returns
         -------
         ndarray, shape (N, 3), or None
-            rad; NaN where a sample is missing. None where the method predicts none.
+            Standard deviation, rad; NaN where a sample is missing. None if none is predicted.
         """
         return None
 
     @property
     def causal(self) -> bool:
-        """Whether an angle depends on nothing that comes later."""
+        """Whether angles depend only on past samples."""
         return self.streams
 
     @abstractmethod
@@ -259,28 +260,28 @@ class OrientationMethod(ABC):
         Returns
         -------
         ndarray, shape (2, 3), or None
-            rad; None where the method predicts none.
+            Standard deviations, rad; None if the method predicts none.
         """
         return None
 
     def recursion(
         self, sampling_rate_hz: float, n_sensors: int, initial_angles_rad: FloatArray | None
     ) -> Recursion:
-        """Start the method for use as samples come (`narx.inference.stream`).
+        """Start the method for use sample by sample (`narx.inference.stream`).
 
         Parameters
         ----------
         sampling_rate_hz : float
-            Rate at which samples will come.
+            Sampling rate.
         n_sensors : int
-            Sensors that run side by side.
+            Number of sensors that run in parallel.
         initial_angles_rad : ndarray, shape (n_sensors, 3), optional
-            Known start poses; None where they are unknown.
+            Known start poses; None if they are unknown.
 
         Returns
         -------
         Recursion
-            Gives the angles that `estimate` gives.
+            Recursion that gives the same angles as `estimate`.
 
         Raises
         ------
@@ -293,12 +294,12 @@ class OrientationMethod(ABC):
         return SampleBySample([self._step(sampling_rate_hz, start) for start in starts])
 
     def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
-        """Start the recursion; override where `streams` is True."""
+        """Start the recursion; to be overridden if `streams` is True."""
         raise NotImplementedError
 
 
 def usable(samples: FloatArray) -> BoolArray:
-    """Tell which samples are not missing.
+    """Return which samples are not missing.
 
     Parameters
     ----------
@@ -310,7 +311,7 @@ def usable(samples: FloatArray) -> BoolArray:
     ndarray of bool, shape (...)
         False where a value is not finite or a rate beyond `RATE_LIMIT_RAD_S`.
     """
-    # NaN is not below the limit either
+    # NaN compares false
     there: BoolArray = np.asarray((np.abs(samples[..., :3]) <= RATE_LIMIT_RAD_S).all(axis=-1))
     if samples.shape[-1] > 3:
         there &= np.isfinite(samples[..., 3:]).all(axis=-1)
@@ -318,7 +319,7 @@ def usable(samples: FloatArray) -> BoolArray:
 
 
 def longest_gap_s(interval_s: float) -> float:
-    """Time between two samples up to which what lies between is interpolated.
+    """Return the longest time between two samples that is interpolated.
 
     Parameters
     ----------

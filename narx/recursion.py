@@ -1,4 +1,4 @@
-"""A running method: its state after the samples so far, for several parallel sensors."""
+"""Running methods: the state after the samples so far, for several sensors in parallel."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -12,18 +12,18 @@ from narx.types import BoolArray, FloatArray
 
 
 class ClockNumbers(NamedTuple):
-    """How samples become ticks of a uniform clock (`narx.kernels.clock.lay_out`).
+    """Parameters for converting samples to ticks of a uniform clock (`narx.kernels.clock.lay_out`).
 
     Parameters
     ----------
     limit_rad_s : float
-        A rate beyond is a fault.
+        A rate above this is a fault.
     interval_s : float
-        Between ticks.
+        Time between ticks, s.
     max_gap_s : float
-        Time between two samples up to which ticks are interpolated.
+        Longest time between two samples across which ticks are interpolated, s.
     lost_most : int
-        Ticks of a longer gap that the recursion is given as NaN, at most.
+        Largest number of ticks of a longer gap that the recursion receives as NaN.
     """
 
     limit_rad_s: float
@@ -33,17 +33,17 @@ class ClockNumbers(NamedTuple):
 
 
 def new_clock(n_sensors: int) -> FloatArray:
-    """Make the state of the clock before the first sample.
+    """Create the state of the clock before the first sample.
 
     Parameters
     ----------
     n_sensors : int
-        Sensors side by side.
+        Number of sensors that run in parallel.
 
     Returns
     -------
     ndarray, shape (n_sensors, 4)
-        For `narx.kernels.clock.arrive`.
+        State for `narx.kernels.clock.arrive`.
     """
     clock = np.zeros((n_sensors, CLOCK))
     clock[:, STAMP] = np.nan
@@ -51,7 +51,7 @@ def new_clock(n_sensors: int) -> FloatArray:
 
 
 class Clocked(ABC):
-    """A recursion that takes samples with losses and jitter."""
+    """A recursion over samples with losses and jitter."""
 
     @abstractmethod
     def follow(
@@ -64,12 +64,12 @@ class Clocked(ABC):
         samples : ndarray, shape (B, N, C)
             As from `narx.method.OrientationMethod.samples`; NaN where missing.
         stamps : ndarray, shape (B, N) or (B, 0)
-            When they were taken, s; none where they follow one another at the sampling rate.
+            Sampling times, s; empty if the samples follow each other at the sampling rate.
 
         Returns
         -------
         angles : ndarray, shape (B, N, 3)
-            rad; NaN where a sample is missing.
+            Angles, rad; NaN where a sample is missing.
         std : ndarray, shape (B, N, 3), or None
             Standard deviation of their error, rad.
         quality : ndarray of int8, shape (B, N)
@@ -78,7 +78,7 @@ class Clocked(ABC):
 
 
 class Step(Protocol):
-    """One sensor's recursion, which can be pickled and copied."""
+    """The recursion of one sensor, which can be pickled and copied."""
 
     def __call__(self, axis_rates: FloatArray, specific_force: FloatArray) -> FloatArray:
         """Advance by one sample.
@@ -99,7 +99,7 @@ class Step(Protocol):
 
 
 class Recursion(ABC):
-    """The state of B sensors, which samples without a gap advance."""
+    """The state of B sensors, advanced by samples without gaps."""
 
     @abstractmethod
     def advance(
@@ -110,9 +110,9 @@ class Recursion(ABC):
         Parameters
         ----------
         samples : ndarray, shape (M, C)
-            As from `narx.method.OrientationMethod.samples`, those of a sensor one after another.
+            As from `narx.method.OrientationMethod.samples`, grouped by sensor.
         first : ndarray of int, shape (B + 1,)
-            Where each sensor's samples begin.
+            Index of each sensor's first sample.
 
         Returns
         -------
@@ -125,27 +125,27 @@ class Recursion(ABC):
     def clocked(
         self, numbers: ClockNumbers, shape: tuple[int, int], stds_rad: FloatArray | None
     ) -> Clocked:
-        """Put a clock before the recursion.
+        """Combine the recursion with a clock.
 
         Parameters
         ----------
         numbers : ClockNumbers
-            Of the clock.
+            Parameters of the clock.
         shape : tuple of two ints
-            Sensors, and columns of their samples.
+            Number of sensors, and of columns of their samples.
         stds_rad : ndarray, shape (2, 3), or None
             From `narx.method.OrientationMethod.stds_rad`.
 
         Returns
         -------
         Clocked
-            Advances this recursion.
+            Recursion with a clock.
         """
         return _TickByTick(self, numbers, shape, stds_rad)
 
 
 class _TickByTick(Clocked):
-    """Ticks first, all of them, then the recursion."""
+    """Compute all ticks first, then run the recursion over them."""
 
     def __init__(
         self,
@@ -187,7 +187,7 @@ class SampleBySample(Recursion):
     Parameters
     ----------
     steps : sequence of Step
-        One a sensor.
+        One step per sensor.
     """
 
     def __init__(self, steps: Sequence[Step]) -> None:
@@ -210,7 +210,7 @@ class SampleBySample(Recursion):
         angles : ndarray, shape (M, 3)
             rad.
         starting : ndarray of bool, shape (M,)
-            False throughout.
+            All False.
         """
         angles, no_force = np.empty((len(samples), 3)), np.full(3, np.nan)
         for step, begin, end in zip(self.steps, first, first[1:], strict=False):

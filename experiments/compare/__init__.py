@@ -1,1 +1,1 @@
-"""Runs of one or many sweeps in one table, and the report that shows them."""
+"""Compare the runs of one or several sweeps: one table, and a report."""

@@ -29,7 +29,7 @@ _PLACES = frozenset({"data_root", "prepared.folder"})
 
 
 def best_overrides(run: Run) -> str:
-    """Write down how a run's configuration is had again.
+    """Return the overrides that reproduce a run's configuration.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def best_overrides(run: Run) -> str:
     Returns
     -------
     str
-        Its overrides, ready for a shell; seeds and places left out.
+        The overrides, quoted for a shell, without seeds and paths.
     """
     chosen = [
         override
@@ -57,27 +57,27 @@ def compare(
     Parameters
     ----------
     directories : list of pathlib.Path
-        Where runs are looked for.
+        Folders to search for runs.
     metric : str, optional
-        Ranks them; the held-back error of trainings, the RMSE of benchmarks if not given.
+        Metric for the ranking; by default the held-out error of trainings or the RMSE of
+        benchmarks.
     pair : tuple of (int, int), optional
-        Ranks of two configurations that are tested against each other; the first two if not
-        given.
+        Ranks of the two configurations to test against each other; the first two by default.
     output : pathlib.Path, optional
-        Where ``runs.csv``, ``runs.parquet`` and ``comparison.html`` go; the first folder if not
-        given.
+        Where ``runs.csv``, ``runs.parquet`` and ``comparison.html`` are written; the first folder
+        by default.
 
     Returns
     -------
     str
-        What is printed: the configurations, the best one's overrides, the paired comparison.
+        Text to print: the configurations, the overrides of the best one, the paired comparison.
 
     Raises
     ------
     UserError
         If there is nothing to compare, or a library for the report is not installed.
     """
-    try:  # late: a command that only trains does not need them, nor the time to import them
+    try:  # imported here, since training needs neither these libraries nor the time to import them
         from narx.experiments.compare.report import write_report
     except ModuleNotFoundError as error:
         raise UserError(
@@ -102,7 +102,7 @@ def compare(
         _markdown(ranked, metric),
         f"best: narx-train {best_overrides(best)}".rstrip(),
         *([] if pairing is None else [pairing.sentence(metric)]),
-        *([f"left out, not finished: {len(others)}"] if others else []),
+        *([f"unfinished runs left out: {len(others)}"] if others else []),
     ]
     write_report(target / "comparison.html", table, runs, metric, keys, lines[1:])
     lines.append(f"{len(table)} runs: {target / 'runs.csv'}, runs.parquet, comparison.html")

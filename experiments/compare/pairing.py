@@ -1,4 +1,4 @@
-"""Two configurations on the same folds: what one is better by, with an interval."""
+"""Paired comparison of two configurations on the same folds, with a confidence interval."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ class Pairing:
     first, second : int
         Their ranks.
     unit : {"person", "seed"}
-        What is paired: people that both were tested on, or runs with the same seed and fold.
+        Unit of pairing: people on whom both were tested, or runs with the same seed and fold.
     test : PairedTest
         First minus second.
     """
@@ -31,17 +31,17 @@ class Pairing:
     test: PairedTest
 
     def sentence(self, metric: str) -> str:
-        """Say what came out.
+        """Describe the result.
 
         Parameters
         ----------
         metric : str
-            What was compared.
+            Name of the compared metric.
 
         Returns
         -------
         str
-            Difference with interval and test, or why there is none.
+            Difference with its interval and test, or the reason why there is none.
         """
         test = self.test
         if test.n < 2:
@@ -60,7 +60,7 @@ class Pairing:
 def compare_pair(
     table: pd.DataFrame, folders: dict[str, Path], metric: str, first: int, second: int
 ) -> Pairing:
-    """Compare two configurations on what both were tried on.
+    """Compare two configurations on the people or runs that they share.
 
     Parameters
     ----------
@@ -69,19 +69,19 @@ def compare_pair(
     folders : dict of str to pathlib.Path
         Folder of each run, by its name in the table.
     metric : str
-        What is compared.
+        Metric to compare.
     first, second : int
         Ranks.
 
     Returns
     -------
     Pairing
-        Over people where both are benchmarks, else over seeds whose folds are the same.
+        Over people if both are benchmarks, otherwise over runs with the same seed and fold.
 
     Raises
     ------
     UserError
-        If there is no configuration of such a rank.
+        If no configuration has such a rank.
     """
     known = sorted(set(table["rank"]))
     for rank in (first, second):

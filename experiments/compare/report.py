@@ -1,4 +1,4 @@
-"""One HTML file that shows all runs, sortable, zoomable, without a network."""
+"""One HTML file with all runs: sortable and zoomable, works offline."""
 
 import html
 import json
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-import pyarrow  # noqa: F401 - asked for here, so that the command says what is not installed
+import pyarrow  # noqa: F401 - imported here, so that the command names the missing library
 from itables import to_html_datatable
 from itables.javascript import generate_init_offline_itables_html
 from plotly.colors import qualitative
@@ -21,7 +21,7 @@ from narx.files import atomic_path
 from narx.kinematics.segment_angles import AXES
 
 _COLOURS = qualitative.Dark24
-# more curves than this are a cloud
+# more curves than this cannot be told apart
 _MOST_CURVES = 60
 _HEAD = (
     '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Comparison of runs</title>'
@@ -48,11 +48,11 @@ def write_report(
     runs : sequence of Run
         The same runs, for their curves and angles.
     metric : str
-        What they are ranked by.
+        Metric by which they are ranked.
     keys : sequence of str
-        Keys that differ.
+        Keys that differ between runs.
     sentences : sequence of str
-        What was found, in words.
+        Summary of the results.
     """
     folder_of = {run.folder.name: run.folder for run in runs}
     figures = {
@@ -80,14 +80,14 @@ def write_report(
 
 
 def settings_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.Figure | None:
-    """Draw every run as a line through its settings to its error.
+    """Draw parallel coordinates: each run is a line through its settings to its error.
 
     Parameters
     ----------
     table : pandas.DataFrame
-        A row a run.
+        One row per run.
     metric : str
-        Last axis, and colour.
+        Metric of the last axis and of the colour.
     keys : sequence of str
         The other axes.
 
@@ -120,21 +120,21 @@ def _dimension(key: str, values: pd.Series) -> dict[str, object]:
 
 
 def _named(value: object) -> str:
-    # of a long class name the last word tells
+    # the last word of a long class name identifies it
     return "–" if pd.isna(value) else str(value).rpartition(".")[2]  # type: ignore[call-overload]
 
 
 def scatter_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.Figure | None:
-    """Draw the error against each key that differs, a point a run.
+    """Draw the error against each key that differs, one point per run.
 
     Parameters
     ----------
     table : pandas.DataFrame
-        A row a run.
+        One row per run.
     metric : str
-        Ordinate.
+        Metric on the ordinate.
     keys : sequence of str
-        A panel each.
+        Keys, one panel each.
 
     Returns
     -------
@@ -161,12 +161,12 @@ def scatter_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.
 
 
 def learning_figure(table: pd.DataFrame, folders: dict[str, Path]) -> go.Figure | None:
-    """Draw the cost of the kept start of every run by iteration.
+    """Draw the cost by iteration of the best start of every run.
 
     Parameters
     ----------
     table : pandas.DataFrame
-        A row a run, the best first.
+        One row per run, the best first.
     folders : dict of str to pathlib.Path
         Folder of each run.
 
@@ -182,7 +182,7 @@ def learning_figure(table: pd.DataFrame, folders: dict[str, Path]) -> go.Figure 
             continue
         history = pd.DataFrame(json.loads(path.read_text(encoding="utf-8"))["report"]["history"])
         if "cost_deg2" not in history:
-            continue  # of another version
+            continue  # written by another version
         colour = _COLOURS[(int(str(row.rank)) - 1) % len(_COLOURS)]
         figure.add_scatter(
             y=history["cost_deg2"],
@@ -203,12 +203,12 @@ def angle_figures(folder: Path) -> dict[str, go.Figure | None]:
     Parameters
     ----------
     folder : pathlib.Path
-        Of the best run.
+        Folder of the best run.
 
     Returns
     -------
     dict of str to plotly.graph_objects.Figure
-        By heading; empty where the run left no angles.
+        By heading; empty if the run stored no angles.
     """
     path = folder / "angles.csv"
     angles = pd.read_csv(path) if path.exists() else pd.DataFrame()

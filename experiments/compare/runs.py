@@ -1,4 +1,4 @@
-"""Gather finished runs: what they were set to, and how well they did."""
+"""Collect finished runs: their settings and their metrics."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ from narx.errors import UserError
 from narx.experiments.runs.folder import RECORD, read_record
 from narx.experiments.runs.identity import flat_settings
 
-# the error on which configurations are ranked: of trainings and of benchmarks
+# metrics for ranking configurations, in order of preference: of trainings and of benchmarks
 METRICS = ("held_back_error_deg", "rmse_deg")
 SEED = "seed"
 
@@ -25,15 +25,15 @@ class Run:
     Parameters
     ----------
     folder : pathlib.Path
-        Where it lies.
+        Its folder.
     settings : dict
-        Its resolved configuration, a value by dotted key.
+        Its resolved configuration, one value for each dotted key.
     overrides : tuple of str
-        What was changed on the command line.
+        Overrides on the command line.
     metrics : dict of str to float
         By name; ``rmse_deg`` is the mean over all segments and axes of the network.
     fold : str
-        What it was trained on; empty for a benchmark.
+        Name of the training fold; empty for a benchmark.
     """
 
     folder: Path
@@ -44,7 +44,7 @@ class Run:
 
 
 def is_seed(key: str) -> bool:
-    """Tell whether a key sets a seed, over which configurations are averaged.
+    """Return whether a key is a seed; configurations are averaged over seeds.
 
     Parameters
     ----------
@@ -65,19 +65,19 @@ def find_runs(directories: Iterable[Path]) -> tuple[list[Run], list[Path]]:
     Parameters
     ----------
     directories : iterable of pathlib.Path
-        Folders of sweeps, of single runs, or above.
+        Folders of sweeps or of single runs, or parent folders of these.
 
     Returns
     -------
     runs : list of Run
-        The finished ones, in the order of their folders.
+        Finished runs, in the order of their folders.
     others : list of pathlib.Path
-        Folders of runs that have failed, were cut off, or are at work.
+        Folders of runs that have failed, were interrupted, or are still running.
 
     Raises
     ------
     UserError
-        If a folder does not exist, or none holds a finished run with a number to compare.
+        If a folder does not exist, or none contains a finished run with a metric to compare.
     """
     directories = list(directories)
     folders: dict[Path, None] = {}
@@ -117,7 +117,7 @@ def _read_run(folder: Path) -> Run:
 
 
 def differing_keys(runs: Sequence[Run]) -> list[str]:
-    """List the keys in which runs differ.
+    """List the keys whose values differ between runs.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def differing_keys(runs: Sequence[Run]) -> list[str]:
     Returns
     -------
     list of str
-        In the order of the configuration, seeds left out.
+        In the order of the configuration, without seeds.
     """
     keys = list(dict.fromkeys(key for run in runs for key in run.settings))
     return [
@@ -138,19 +138,19 @@ def differing_keys(runs: Sequence[Run]) -> list[str]:
 
 
 def choose_metric(runs: Sequence[Run], wanted: str | None) -> str:
-    """Choose the number by which runs are ranked.
+    """Choose the metric by which runs are ranked.
 
     Parameters
     ----------
     runs : sequence of Run
-        All must have it.
+        Runs, which must all have the metric.
     wanted : str, optional
-        Its name; the first of `METRICS` that all have if not given.
+        Its name; by default the first of `METRICS` that all runs have.
 
     Returns
     -------
     str
-        Name of a metric, smaller is better.
+        Name of a metric; smaller is better.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def choose_metric(runs: Sequence[Run], wanted: str | None) -> str:
             return name
     raise UserError(
         f"--metric: not all runs have {' or '.join(names)}, expected one of "
-        f"{', '.join(sorted(shared)) or 'nothing: these runs have no number in common'}"
+        f"{', '.join(sorted(shared)) or 'nothing: these runs have no metric in common'}"
     )
 
 
@@ -176,15 +176,15 @@ def runs_table(runs: Sequence[Run], metric: str) -> pd.DataFrame:
     runs : sequence of Run
         To compare.
     metric : str
-        Ranks them.
+        Metric for the ranking.
 
     Returns
     -------
     pandas.DataFrame
-        A row a run: ``rank`` of its configuration, ``mean``, ``sd`` and ``n`` of the metric over
-        the runs of that configuration, which differ in their seeds alone; the keys that differ;
-        seeds; fold; metrics; ``run``, its folder's name. No times: two sweeps with the same
-        results have the same table.
+        One row per run: ``rank`` of its configuration; ``mean``, ``sd`` and ``n`` of the metric
+        over the runs of that configuration, which differ only in their seeds; the keys that
+        differ; seeds; fold; metrics; ``run``, the name of its folder. Times are left out, so that
+        two sweeps with the same results have the same table.
     """
     differing = differing_keys(runs)
     rows = []
@@ -221,7 +221,7 @@ def configurations_table(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFra
     Returns
     -------
     pandas.DataFrame
-        A row a configuration: ``rank``, ``mean``, ``sd``, ``n`` and the keys.
+        One row per configuration: ``rank``, ``mean``, ``sd``, ``n`` and the keys.
     """
     columns = ["rank", "mean", "sd", "n", *keys]
     return table.drop_duplicates("rank")[columns].reset_index(drop=True)

@@ -1,4 +1,4 @@
-"""What a command's configuration may hold, checked before anything is read or computed."""
+"""Validation of a command's configuration, before anything is read or computed."""
 
 from narx.experiments.configuration.check import checked_configuration
 from narx.experiments.configuration.composition import composition_mistake

@@ -31,13 +31,13 @@ def checked_configuration(cfg: DictConfig, command: str) -> DictConfig:
     Returns
     -------
     omegaconf.DictConfig
-        The same with every value of its type (names as text, words for yes and no as true and
-        false), without interpolations.
+        The same with every value converted to its type (names to text, words for yes and no to
+        true and false) and all interpolations resolved.
 
     Raises
     ------
     UserError
-        With the key, its value and what is allowed.
+        If a value is not allowed; the message names the key, its value and what is expected.
     """
     values = _container(cfg)
     schema = schema_for(SCHEMAS[command], values)
@@ -66,7 +66,7 @@ def _container(cfg: DictConfig) -> dict[str, Any]:
 
 
 def _components(cfg: DictConfig) -> Iterator[tuple[str, DictConfig]]:
-    """Sections that the run makes objects of; methods only those that it runs."""
+    """Sections that the run instantiates; of the methods, only those that it runs."""
     for name in ("model", "optimizer", "teacher", "report"):
         if name in cfg:
             yield name, cfg[name]
@@ -82,7 +82,7 @@ def _check_names_of_sources(cfg: DictConfig) -> None:
     for name in cfg.training.weights:
         if name not in cfg.data:
             known = ", ".join(str(source) for source in cfg.data if source != "seed")
-            raise UserError(f"training.weights.{name}: no such source, data has {known}")
+            raise UserError(f"training.weights.{name}: unknown source, data has {known}")
 
 
 def _check_candidates(cfg: DictConfig, command: str) -> None:
@@ -97,11 +97,11 @@ def _check_candidates(cfg: DictConfig, command: str) -> None:
 
 
 def _check_grid(schema: type[BaseModel], values: Mapping[str, Any]) -> None:
-    """Every value that a benchmark may choose from is one that its method takes."""
+    """Check that the method accepts every value of the grid it may be chosen from."""
     for name, choices in values.get("grid", {}).items():
         if name not in values["method"]:
             known = ", ".join(values["method"])
-            raise UserError(f"grid.{name}: there is no such method, expected one of {known}")
+            raise UserError(f"grid.{name}: unknown method, expected one of {known}")
         methods: Any = schema.model_fields["method"].annotation
         model = methods.model_fields[name].annotation
         for key, choice in ((k, c) for k, listed in choices.items() for c in listed):
@@ -109,7 +109,7 @@ def _check_grid(schema: type[BaseModel], values: Mapping[str, Any]) -> None:
 
 
 def _made(make: Callable[[], object], path: str) -> None:
-    """Let constructors refuse what no type tells: two values that do not fit, say."""
+    """Call the constructors, which refuse what types cannot express, e.g. conflicting values."""
     try:
         make()
     except (InstantiationException, UserError) as error:

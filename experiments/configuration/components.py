@@ -1,4 +1,4 @@
-"""Sections with a `_target_`: what they may hold is what their class or function takes."""
+"""Sections with a `_target_`: their keys are the parameters of that class or function."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -15,14 +15,14 @@ from narx.settings.wording import shown
 
 @dataclass(frozen=True)
 class Component:
-    """Marks a field of a schema that `hydra.utils.instantiate` makes an object of.
+    """Marks a field of a schema that `hydra.utils.instantiate` turns into an object.
 
     Parameters
     ----------
     kind : type or None
-        Class or protocol of that object; None for a function that is called later.
+        Class or protocol of that object; None for a function.
     called_with : tuple of str
-        Arguments which the program gives when it calls that function.
+        Arguments that the program passes when it calls that function.
     """
 
     kind: type | None
@@ -31,14 +31,14 @@ class Component:
 
 @dataclass(frozen=True)
 class Components:
-    """Marks a field that holds such sections by name, and perhaps plain values beside them.
+    """Marks a field with such sections by name, and possibly plain values beside them.
 
     Parameters
     ----------
     kind : type
         Class or protocol of their objects.
     beside : tuple of (str, type) pairs
-        Plain values.
+        Names and types of the plain values.
     optional : bool
         Whether there may be no section.
     """
@@ -49,19 +49,19 @@ class Components:
 
 
 def schema_for(schema: type[BaseModel], values: Mapping[str, Any]) -> type[BaseModel]:
-    """Complete a command's schema by what the classes named in its configuration take.
+    """Complete a command's schema with the parameters of the classes in its configuration.
 
     Parameters
     ----------
     schema : type of pydantic.BaseModel
-        Fields of components are marked.
+        Schema whose component fields are marked.
     values : mapping of str to object
-        The configuration; its `_target_` decide.
+        The configuration; its `_target_` values name the classes.
 
     Returns
     -------
     type of pydantic.BaseModel
-        Every key down to the last.
+        Schema of every key at all levels.
 
     Raises
     ------
@@ -140,12 +140,12 @@ def _is_of_kind(found: object, mark: Component) -> bool:
 
 
 def _component_arguments(target: Callable[..., Any]) -> dict[str, type]:
-    """Arguments of a class that must be objects of this package, made from their own sections."""
+    """Arguments of a class that are objects of this package, made from their own sections."""
     found = {}
     for name, field in arguments_model(target).model_fields.items():
         kinds = [kind for kind in (field.annotation, *get_args(field.annotation)) if kind]
         ours = [k for k in kinds if isinstance(k, type) and k.__module__.startswith("narx.")]
-        # what plain values will do for is checked by its class
+        # the class itself checks arguments that are given as plain values
         if ours and not any(get_origin(kind) is Mapping for kind in kinds):
             found[name] = ours[0]
     return found

@@ -1,4 +1,4 @@
-"""Overrides that Hydra cannot compose: its message in one line, with what would be right."""
+"""Overrides that Hydra cannot compose: its message in one line, with what is expected."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,12 +19,12 @@ _UNKNOWN_OPTION = re.compile(r"Could not (?:find|load) '([^']*)/([^'/]*)'")
 
 
 def composition_mistake(error: BaseException, command: str, overrides: Sequence[str]) -> str:
-    """Say in one line which override cannot be composed, and what would be right.
+    """Describe in one line which override cannot be composed, and what is expected.
 
     Parameters
     ----------
     error : BaseException
-        From Hydra, before a job has begun.
+        Raised by Hydra before a job has started.
     command : str
         Name of the command's primary configuration.
     overrides : sequence of str
@@ -33,8 +33,8 @@ def composition_mistake(error: BaseException, command: str, overrides: Sequence[
     Returns
     -------
     str
-        With the nearest key for one that there is not, the options of a group, or the quotes
-        that are missing.
+        The message, with the closest existing key for an unknown one, the options of a group, or
+        the missing quotes.
     """
     text = str(error)
     if "maximum recursion depth" in text:
@@ -51,7 +51,7 @@ def composition_mistake(error: BaseException, command: str, overrides: Sequence[
         known = _known_keys(command)
         if key not in known:
             nearest = get_close_matches(key, known, n=1, cutoff=0.0)
-            return f"{unknown[1]}: there is no such key, the nearest is {nearest[0]}"
+            return f"{unknown[1]}: unknown key, the closest is {nearest[0]}"
     option = _UNKNOWN_OPTION.search(text)
     if option:
         listed = re.search(r"Available options in '[^']*':(.*?)Config search path", text, re.DOTALL)
@@ -61,7 +61,7 @@ def composition_mistake(error: BaseException, command: str, overrides: Sequence[
 
 
 def _one_line(text: str) -> str:
-    # Hydra and OmegaConf list the location or the options on lines of their own
+    # Hydra and OmegaConf put the location or the options on separate lines
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     return re.sub(r"\s+", " ", "; ".join(lines))
 

@@ -1,4 +1,4 @@
-"""What every command's configuration may hold; sections with a `_target_` say the rest."""
+"""Schemas of all commands; those of sections with a `_target_` follow from their classes."""
 
 from typing import Annotated, Any, Literal, get_args
 
@@ -35,13 +35,13 @@ Format = Literal["torchscript", "torch_export", "onnx", "c"]
 
 
 class Section(BaseModel):
-    """Part of a configuration: its keys are all that there may be."""
+    """Part of a configuration; keys that are not listed are refused."""
 
     model_config = CONFIG
 
 
 class Selection(Section):
-    """Trials to take, by names or lists of names."""
+    """Trials to select, by names or lists of names."""
 
     subject: Names | None = None
     condition: Names | None = None
@@ -49,7 +49,7 @@ class Selection(Section):
 
 
 class Training(Section):
-    """What of the trials is trained on."""
+    """The parts of the trials used for training."""
 
     seed: Seed = 0
     skip_s: Seconds = 5.0
@@ -61,7 +61,7 @@ class Training(Section):
 
 
 class Walks(Section):
-    """What an experiment sets of `data.simulated_gait` (checked there)."""
+    """Settings of `data.simulated_gait` that an experiment overrides (checked there)."""
 
     subjects: Any = None
     protocol: Any = None
@@ -75,7 +75,7 @@ class Walks(Section):
 
 
 class Prepared(Section):
-    """What is kept of trials once prepared."""
+    """Storage of prepared trials."""
 
     folder: FilePath | None = None
     limit_gb: Annotated[float, Field(ge=0, le=1e6)] = 4.0
@@ -119,7 +119,7 @@ class Train(Common):
     objectives: Annotated[
         tuple[Target, ...], Field(min_length=1, description="a list of at least one")
     ] = ("held_back_error_deg",)
-    # what an experiment says of its benchmark has no effect on training
+    # an experiment's settings of its benchmark have no effect on training
     report: Ignored = None
     methods: Ignored = None
     method: Ignored = None
@@ -128,7 +128,7 @@ class Train(Common):
 
 
 class Evaluation(Section):
-    """What of a trial is scored, and how figures are drawn."""
+    """The scored part of a trial, and the rate of the figures."""
 
     skip_s: Seconds = 5.0
     scored_rate_hz: Annotated[float, Field(ge=1, le=10_000)] | None = 100.0
@@ -231,7 +231,7 @@ class Optimizers(Section):
 
 
 class Variant(Section):
-    """A way to make walks and to calibrate them."""
+    """One variant of simulated walks and of their calibration."""
 
     without: tuple[ErrorSource, ...] = ()
     calibration: Literal["exact", *get_args(Mode)] = "auto"  # type: ignore[valid-type]
@@ -280,7 +280,7 @@ class AsPrinted(Section):
 
 
 class PageSource(Section):
-    """A benchmark of the page and how it is shown."""
+    """One benchmark of the page, and how it is presented."""
 
     title: Name
     overrides: tuple[Name, ...] = ()
@@ -290,7 +290,7 @@ class PageSource(Section):
 
 
 class Glance(Section):
-    """The README's table."""
+    """The table in the README."""
 
     sources: Names
     methods: Names

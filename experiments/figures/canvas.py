@@ -24,7 +24,7 @@ ANGLE_NAMES = (
 )
 REFERENCE_COLOUR = "#000000"
 
-# of a legend in 8 point: line with its gaps, and a letter on average
+# of a legend in 8 point: a line with its gaps, and the average width of a letter
 _HANDLE_INCHES = 0.55
 _LETTER_INCHES = 0.062
 _ROW_INCHES = 0.2
@@ -108,7 +108,7 @@ def legend_below(figure: Figure, axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if not labels:
         return
-    # constrained layout makes room below a legend, but none beside it
+    # constrained layout reserves room for a legend below the panels, but none beside it
     columns = next(
         (n for n in range(len(labels), 1, -1) if _width(labels, n) <= figure.get_figwidth()), 1
     )

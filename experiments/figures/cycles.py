@@ -1,4 +1,4 @@
-"""Angles over the gait cycle as a clinician reads them: a row per joint, mean and band."""
+"""Angles over the gait cycle in the clinical layout: one row per joint, mean and band."""
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -18,15 +18,15 @@ def cycle_figure(cycles: pd.DataFrame, title: str = "") -> Figure:
     Parameters
     ----------
     cycles : pandas.DataFrame
-        As `narx.experiments.predictions.session_tables.cycle_table` gives it.
+        From `narx.experiments.predictions.session_tables.cycle_table`.
     title : str
-        Above the figure.
+        Title of the figure.
 
     Returns
     -------
     matplotlib.figure.Figure
-        A row per joint (per segment, where there is no joint), a column per angle; right and left
-        in one panel.
+        One row per joint (or segment, if there is no joint), one column per angle; right and left
+        share a panel.
     """
     kinds = list(dict.fromkeys(map(kind_of, cycles["name"])))
     shown = [kind for kind in kinds if kind in _JOINTS] or kinds

@@ -40,8 +40,8 @@ def linear_drift(
     Returns
     -------
     matplotlib.figure.Figure
-        One row per axis; errors are estimate minus reference as in the paper, the only place with
-        this sign, because the method subtracts them.
+        One row per axis. Only here, errors are estimate minus reference, as in the paper, because
+        the method subtracts the drift.
     """
     figure, grid = panels(len(AXES), len(columns), 3.2, 1.5, sharex="col")
     for row, name in enumerate(AXES):

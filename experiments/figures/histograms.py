@@ -18,7 +18,7 @@ def _histogram(panel: Axes, table: pd.DataFrame, column: str, methods: Sequence[
     if not len(together):
         panel.text(0.5, 0.5, "nothing found", transform=panel.transAxes, ha="center")
         return
-    # outliers would compress everything else into one bar; they are counted in the outermost bars
+    # outliers would compress all other values into one bar; they are counted in the outermost bars
     low, high = np.percentile(together, [0.5, 99.5])
     if high - low < 1e-9:
         low, high = low - 0.5, high + 0.5

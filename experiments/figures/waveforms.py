@@ -82,7 +82,7 @@ def waveforms(
     """
     if methods is None:
         methods = most_accurate([piece for _, piece in columns], axes)
-    # a dashed line of noise at 500 Hz would look solid
+    # a noisy dashed line at 500 Hz would look solid
     columns = [(name, piece.decimated(LINE_RATE_HZ)) for name, piece in columns]
     width = max(2.6, 6.4 / len(columns)) if len(columns) < 3 else 2.6
     figure, grid = panels(len(axes), len(columns), width, 1.55, sharex="col", sharey="row")
@@ -131,7 +131,7 @@ def waveforms(
 
 
 def _without_wraps(angle_deg: np.ndarray) -> np.ndarray:
-    """Interrupt a line where an angle goes from 180 to -180 degrees, rather than draw a jump."""
+    """Interrupt a line where an angle wraps from 180 to -180 degrees, instead of drawing a jump."""
     broken = angle_deg.copy()
     broken[1:][np.abs(np.diff(angle_deg)) > 180.0] = np.nan
     return broken

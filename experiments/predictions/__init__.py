@@ -1,1 +1,1 @@
-"""What `narx-predict` reads and writes."""
+"""Input and output of `narx-predict`."""

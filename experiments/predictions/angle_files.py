@@ -1,4 +1,4 @@
-"""Tables of angles as files: CSV, Parquet, and the storage files of OpenSim."""
+"""Write tables of angles as CSV, Parquet, or OpenSim storage files."""
 
 from pathlib import Path
 
@@ -9,12 +9,12 @@ import pyarrow.csv
 from narx.errors import UserError
 from narx.files import atomic_path
 
-# OpenSim's .mot is the same text as its .sto
+# OpenSim's .mot has the same format as its .sto
 SUFFIXES = (".csv", ".parquet", ".sto", ".mot")
 
 
 def check_suffix(path: Path) -> None:
-    """Refuse a file of a kind that is not written.
+    """Refuse an output file with an unsupported suffix.
 
     Parameters
     ----------
@@ -24,14 +24,14 @@ def check_suffix(path: Path) -> None:
     Raises
     ------
     UserError
-        If its suffix is none of `SUFFIXES`.
+        If its suffix is not in `SUFFIXES`.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise UserError(f"output: '{path}', expected a name that ends in {', '.join(SUFFIXES)}")
+        raise UserError(f"output: '{path}', expected a name ending in {', '.join(SUFFIXES)}")
 
 
 def write_angles(table: pd.DataFrame, path: Path) -> None:
-    """Write a table in the form that the name's suffix asks for.
+    """Write a table in the format given by the file's suffix.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def write_angles(table: pd.DataFrame, path: Path) -> None:
 
 
 def _write_csv(table: pd.DataFrame, path: Path) -> None:
-    """Write six times as fast as pandas does: the shortest digits that give the same number."""
+    """Write the shortest digits that round-trip, six times as fast as pandas."""
     columns = {
         str(name): pyarrow.array(
             column.to_numpy() if column.dtype.kind in "iuf" else column.astype(str).tolist()
@@ -74,7 +74,7 @@ def _write_csv(table: pd.DataFrame, path: Path) -> None:
 
 
 def _write_storage(table: pd.DataFrame, path: Path, name: str) -> None:
-    """Write the storage format: a header that counts rows and columns, then tabs."""
+    """Write the storage format: a header with row and column counts, then tab-separated values."""
     renamed = table.rename(columns={"time_s": "time"})
     renamed.columns = [column.removesuffix("_deg") for column in renamed.columns]
     header = [

@@ -21,7 +21,7 @@ _ABANDONED_S = 3600.0
 
 
 def is_bulk(value: str) -> bool:
-    """Tell whether an input names many files.
+    """Return whether an input denotes many files.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def is_bulk(value: str) -> bool:
     Returns
     -------
     bool
-        True for many.
+        True for many files.
     """
     path = Path(value)
     if path.is_dir():
@@ -136,7 +136,7 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
 
 
 def _finished(folder: Path) -> dict[str, Outcome]:
-    """Read the journal; a line that a kill cut off is left out."""
+    """Read the journal; a line truncated by a kill is ignored."""
     path = folder / JOURNAL
     found: dict[str, Outcome] = {}
     if path.is_file():

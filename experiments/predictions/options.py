@@ -1,4 +1,4 @@
-"""Options of `narx-predict`, checked."""
+"""Validation of the options of `narx-predict`."""
 
 from pathlib import Path
 
@@ -15,19 +15,19 @@ def interval_s(value: object, key: str) -> tuple[float, float] | None:
     Parameters
     ----------
     value : object
-        As the configuration gives it.
+        Value from the configuration.
     key : str
-        Its name, for messages.
+        Name of the key, for messages.
 
     Returns
     -------
     tuple of (float, float) or None
-        Begin and end, s.
+        Start and end, s.
 
     Raises
     ------
     UserError
-        If it is not two increasing numbers.
+        If the value is not two increasing numbers.
     """
     if value is None:
         return None
@@ -42,7 +42,7 @@ def interval_s(value: object, key: str) -> tuple[float, float] | None:
 
 
 def layout_of(cfg: DictConfig) -> Layout | None:
-    """Read what the columns of the input are called.
+    """Read the column names of the input from the options.
 
     Parameters
     ----------
@@ -52,15 +52,15 @@ def layout_of(cfg: DictConfig) -> Layout | None:
     Returns
     -------
     Layout or None
-        None where neither is given: the columns are recognised by their names.
+        None if neither is given; the columns are then recognised by their names.
 
     Raises
     ------
     UserError
-        If both are given, or the description is wrong.
+        If both are given, or the description is invalid.
     """
     if cfg.columns is not None and cfg.device is not None:
-        raise UserError("columns and device are both given, expected one of them")
+        raise UserError("columns and device are both given, expected only one of them")
     if cfg.device is not None:
         return read_layout(Path(str(cfg.device)))
     if cfg.columns is None:

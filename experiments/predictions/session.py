@@ -1,4 +1,4 @@
-"""Several sensors of one session: from their files to angles, strides and a figure."""
+"""Predict several sensors of one session: angles, strides and a figure from their files."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -20,7 +20,7 @@ from narx.recordings.trial import Trial
 
 
 def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> None:
-    """Predict a session and write everything about it.
+    """Predict a session and write all its output.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> N
     Raises
     ------
     UserError
-        If an option or a recording is wrong.
+        If an option or a recording is invalid.
     """
     check_suffix(target)
     layout = layout_of(cfg)
@@ -57,7 +57,7 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> N
     if summary:
         print(f"{_beside(target, 'cycle', '.png')}: {summary}")
     else:
-        print("no strides found, so none are cut")
+        print("no strides found; no stride tables or figure")
 
 
 def predict_trial(cfg: DictConfig, trial: Trial, target: Path) -> tuple[SessionPrediction, int]:
@@ -137,22 +137,22 @@ def _summary(session: SessionPrediction) -> str:
 
 
 def session_files(value: DictConfig) -> dict[str, Path]:
-    """Take the files of a session from the configuration.
+    """Read the files of a session from the configuration.
 
     Parameters
     ----------
     value : omegaconf.DictConfig
-        Segment to file.
+        File of each segment.
 
     Returns
     -------
     dict of str to pathlib.Path
-        The same.
+        The same, as paths.
 
     Raises
     ------
     UserError
-        If a file is given twice.
+        If the same file is given for two segments.
     """
     files: dict[str, Path] = {}
     for segment, path in value.items():

@@ -1,4 +1,4 @@
-"""Angles of a session as tables: over time, stride by stride, and over the gait cycle."""
+"""Tables of a session's angles: over time, per stride, and over the gait cycle."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ from narx.types import FloatArray
 
 
 def angle_table(session: SessionPrediction) -> pd.DataFrame:
-    """Lay out the angles over time.
+    """Tabulate the angles over time.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def angle_table(session: SessionPrediction) -> pd.DataFrame:
     -------
     pandas.DataFrame
         ``time_s``, then ``<segment or joint>_<axis>_deg``, then the standard deviations
-        ``<...>_<axis>_std_deg`` where they are known.
+        ``<...>_<axis>_std_deg`` where available.
     """
     columns: dict[str, FloatArray] = {"time_s": session.time_s}
     for suffix, values in (("deg", session.angles_rad), ("std_deg", session.std_rad)):
@@ -35,7 +35,7 @@ def angle_table(session: SessionPrediction) -> pd.DataFrame:
 
 
 def strides_of(session: SessionPrediction) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Cut every segment and joint of a leg at the contacts of its foot.
+    """Split the angles of every segment and joint of a leg at its foot contacts.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def strides_of(session: SessionPrediction) -> Iterator[tuple[str, FloatArray, Fl
     name : str
         Segment or joint.
     contacts_s : ndarray, shape (S + 1,)
-        Contacts, s.
+        Foot contacts, s.
     strides_deg : ndarray, shape (S, 101, 3)
-        Angles over 0-100 % of each stride, degrees; NaN where a stride is not whole.
+        Angles over 0-100 % of each stride, degrees; NaN if a stride is incomplete.
     """
     for name, angles in session.angles_rad.items():
         contacts = session.contacts_s.get(side_of(name) or "")
@@ -58,7 +58,7 @@ def strides_of(session: SessionPrediction) -> Iterator[tuple[str, FloatArray, Fl
 
 
 def stride_table(session: SessionPrediction) -> pd.DataFrame:
-    """Measure every stride.
+    """Tabulate the parameters of every stride.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def stride_table(session: SessionPrediction) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row per segment or joint, axis and whole stride: when it begins and how long it lasts,
-        cadence in steps a minute, range of motion, highest and lowest angle in degrees.
+        One row per segment or joint, axis and complete stride: start and duration, cadence in
+        steps per minute, range of motion, maximum and minimum angle in degrees.
     """
     rows = []
     for name, contacts, strides in strides_of(session):
@@ -98,7 +98,7 @@ def stride_table(session: SessionPrediction) -> pd.DataFrame:
 
 
 def cycle_table(session: SessionPrediction) -> pd.DataFrame:
-    """Average over the gait cycle.
+    """Average the angles over the gait cycle.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def cycle_table(session: SessionPrediction) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row per segment or joint, axis and per cent of the cycle: mean and standard deviation
+        One row per segment or joint, axis and percent of the cycle: mean and standard deviation
         over strides, degrees, and the number of strides.
     """
     frames = []

@@ -1,4 +1,4 @@
-"""One sensor: from its file to the angles of its segment."""
+"""Predict one sensor: the angles of its segment from its file."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from narx.types import FloatArray
 
 
 def table_of(prediction: Prediction) -> pd.DataFrame:
-    """Lay out angles in degrees, as they go into a file.
+    """Tabulate angles in degrees, as written to a file.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def table_of(prediction: Prediction) -> pd.DataFrame:
     -------
     pandas.DataFrame
         ``time_s``, ``sagittal_deg``, ``frontal_deg``, ``transverse_deg``, and
-        ``sagittal_std_deg`` etc. where the network knows its error.
+        ``sagittal_std_deg`` etc. if the network predicts its standard deviation.
     """
     columns = {"time_s": prediction.time_s}
     for k, axis in enumerate(AXES):
@@ -55,21 +55,21 @@ def predict_file(cfg: DictConfig, source: Path, target: Path, side: Side) -> tup
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``.
     source, target : pathlib.Path
-        Recording, and the file for its angles.
+        Recording, and output file for its angles.
     side : {"right", "left"}
         Leg.
 
     Returns
     -------
     prediction : Prediction
-        What was written.
+        The prediction that was written.
     n_angles : int
-        Samples with angles.
+        Number of samples with angles.
 
     Raises
     ------
     UserError
-        If an option or the recording is wrong.
+        If an option or the recording is invalid.
     """
     still_s = interval_s(cfg.still_s, "still_s")
     recording = read_recording(source, layout=layout_of(cfg))
@@ -78,7 +78,7 @@ def predict_file(cfg: DictConfig, source: Path, target: Path, side: Side) -> tup
         _network(cfg.checkpoint).method(cfg.smoothing),
         frame=cfg.frame,
         side=side,
-        # one segment's zero is rarely known; a session shows itself whether it begins at rest
+        # the zero of a single segment is rarely known; a session is checked for rest at its start
         start_pose="unknown" if cfg.start_pose == "auto" else cfg.start_pose,
         remove_bias=cfg.remove_bias,
         still_s=still_s,
@@ -90,7 +90,7 @@ def predict_file(cfg: DictConfig, source: Path, target: Path, side: Side) -> tup
 
 
 def _bias_rad_s(cfg: DictConfig) -> FloatArray | None:
-    """Take the bias from where the user says, if anywhere."""
+    """Read the bias from the option that gives it, if any."""
     if cfg.still_file is None:
         return None if cfg.bias_rad_s is None else np.array(list(cfg.bias_rad_s), dtype=float)
     if cfg.bias_rad_s is not None:
@@ -98,5 +98,5 @@ def _bias_rad_s(cfg: DictConfig) -> FloatArray | None:
     recording = read_recording(Path(str(cfg.still_file)), layout=layout_of(cfg))
     still = resting_mean(recording.gyroscope_rad_s, recording.sampling_rate_hz, str(cfg.still_file))
     if still is None:
-        raise UserError(f"{cfg.still_file}: no sample at rest to take the bias from")
+        raise UserError(f"{cfg.still_file}: no sample at rest from which to measure the bias")
     return still.bias_rad_s

@@ -1,4 +1,4 @@
-"""Values printed in the papers; the README in this folder names table and page."""
+"""Values printed in the papers; the README in this folder gives their tables and pages."""
 
 from importlib import resources
 
@@ -6,7 +6,7 @@ import pandas as pd
 
 
 def published(name: str) -> pd.DataFrame:
-    """Read a table as it was printed.
+    """Read a table of printed values.
 
     Parameters
     ----------
@@ -16,7 +16,7 @@ def published(name: str) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Its columns as in the file.
+        Columns as in the file.
     """
     with resources.files(__name__).joinpath(f"{name}.csv").open(encoding="utf-8") as stream:
         return pd.read_csv(stream, keep_default_na=False)

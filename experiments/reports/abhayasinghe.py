@@ -1,4 +1,4 @@
-"""Abhayasinghe, Murray and Sharif Bidabadi: thigh angle by GIOF, one swing after another."""
+"""Abhayasinghe, Murray and Sharif Bidabadi: thigh angle by GIOF, swing by swing."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -192,7 +192,7 @@ class AbhayasingheReport(Report):
             sections.append(operations_table(self._operations))
         sections += phase_tables(shares, timing)
         simulated = set(gathered.results["dataset"]) == {"simulated_gait"}
-        return sections + abhayasinghe_wording.against_print(
+        return sections + abhayasinghe_wording.differences_from_paper(
             trials, peaks, self.method, float(np.mean(self._mean_deg)), simulated
         )
 

@@ -10,15 +10,15 @@ from narx.experiments.reports.report import Section
 
 _HEADING = "**Where and why these results differ from the paper.** "
 _VARIANTS = {
-    "giof": "offset window of 1.5 s, minimum duration of rest",
-    "giof_two_strides": "its offset window follows the cadence, so the amplitude is preserved",
-    "giof_as_printed": "one sample that passes both tests suffices; at the turning points of a "
-    "swing the rate passes through zero while the thigh accelerates",
-    "giof_real_time": "causal: a low-pass filter of 10 Hz, which delays by some 20 ms, and a "
-    "static offset instead of the moving average",
-    "complementary_filter": "no prefilter and the accelerometer at every sample, but with so "
-    "small a weight (alpha of 0.9999) that over seconds it is the integrated gyroscope",
-    "complementary_filter_real_time": "the same with alpha of 0.999, still without the prefilter "
+    "giof": "offset window of 1.5 s and a minimum duration of rest",
+    "giof_two_strides": "the offset window follows the cadence, so the amplitude is preserved",
+    "giof_as_printed": "a single sample that passes both tests counts as rest, although at the "
+    "turning points of a swing the rate also passes through zero while the thigh accelerates",
+    "giof_real_time": "causal, with a 10 Hz low-pass filter, which delays the signal by about "
+    "20 ms, and a static offset instead of the moving average",
+    "complementary_filter": "no prefilter, and the accelerometer is used at every sample, but "
+    "with so small a weight (alpha = 0.9999) that over seconds the angle is the integrated rate",
+    "complementary_filter_real_time": "the same with alpha = 0.999, also without the prefilter "
     "of the paper",
 }
 # an SD above this is divergence, not measurement error
@@ -26,16 +26,16 @@ _RUNAWAY_DEG = 15.0
 
 
 _ABOUT_SIMULATION = (
-    "The walkers are virtual (docs/simulator.md) and have no sex: the rows of Table 1 contain as "
-    "many of them as the paper has men and women. Their reference follows the bone, through "
+    "The walkers are simulated (docs/simulator.md) and have no sex: the rows of Table 1 contain as "
+    "many of them as the paper has men and women. Their reference is the bone, measured by "
     "markers on the skin, and the sensor is on soft tissue elsewhere on the thigh; in the paper "
-    "both were in one box. Every walk begins and ends in standing within a few steps, so that "
-    "every result includes starting and stopping. docs/experiments.md switches these off one at "
-    "a time."
+    "both were in one box. Every walk starts from and stops in standing within a few steps, so "
+    "every result includes starting and stopping. docs/experiments.md removes these effects one "
+    "at a time."
 )
 
 
-def against_print(
+def differences_from_paper(
     trials: pd.DataFrame, peaks: pd.DataFrame, method: str, mean_angle_deg: float, simulated: bool
 ) -> list[Section]:
     """Explain where and why the results differ from the paper.
@@ -49,7 +49,7 @@ def against_print(
     mean_angle_deg : float
         Mean reference angle of the walks, degrees.
     simulated : bool
-        Whether the walkers are virtual.
+        Whether the walkers are simulated.
 
     Returns
     -------
@@ -87,20 +87,20 @@ def _about_offset(mine: pd.Series, peaks: pd.DataFrame, method: str, mean_angle_
     peak = peaks[peaks["method"] == method].groupby("peak")["error_deg"].mean()
     positive, negative = (peak.get(kind, np.nan) - mine["bias_deg"] for kind in PEAKS)
     scaling = (
-        "the swing is too large, the scaling error that the paper's Fig. 8 also shows"
+        "the swing is overestimated, the scaling error that the paper's Fig. 8 also shows"
         if negative > 0 > positive
-        else "not the scaling error of the paper's Fig. 8"
+        else "this is not the scaling error of the paper's Fig. 8"
     )
     return (
         f"{label}'s RMSE is {mine['rmse_deg']:.2f}° (paper {text['rmse_mean_deg']:.2f}°), of "
         f"which {mine['bias_deg']:+.2f}° is a constant error and {mine['precision_deg']:.2f}° "
-        "its SD about that. Integrating a rate minus its moving average gives the angle minus "
-        "*its* moving average, so a walk loses its mean angle, here "
+        "the SD about it. Integrating the rate minus its moving average gives the angle minus "
+        "*its* moving average, so the mean angle of a walk is lost, here "
         f"{mean_angle_deg:+.1f}°, until the thigh next comes to rest. The paper shows "
-        "no such shift, so its waveforms were presumably aligned to a common mean, and only the "
-        f"SD is comparable. Beyond the constant error the positive peaks have an error of "
-        f"{positive:+.2f}° and the negative ones of {negative:+.2f}°: {scaling} (a window that "
-        "is not a whole number of strides changes the amplitude; docs/methods/giof.md)."
+        "no such offset, so its waveforms were presumably aligned to a common mean, and only the "
+        f"SD is comparable. In addition to the constant error, positive peaks have an error of "
+        f"{positive:+.2f}° and negative peaks of {negative:+.2f}°: {scaling} (a window that "
+        "is not a whole number of strides changes the amplitude; see docs/methods/giof.md)."
     )
 
 
@@ -110,8 +110,8 @@ def _about_runaways(precision_deg: pd.Series) -> list[Section]:
         return []
     return [
         f"{', '.join(method_label(m) for m in ran)} diverged: in minutes of walking with turns, "
-        "integrating a single axis makes the turns appear as flexion, and the accelerometer does "
-        "not correct it, or not enough. The paper's walks are straight and short."
+        "integrating a single axis makes turns appear as flexion, and the accelerometer does not "
+        "correct this, or not sufficiently. The walks in the paper are straight and short."
     ]
 
 

@@ -18,13 +18,13 @@ from narx.experiments.gathered import Gathered
 from narx.experiments.method_labels import drawn_rows
 from narx.experiments.reports.report import Report, Section
 from narx.experiments.reports.strides import Strides
-from narx.experiments.reports.tham_wording import against_print
+from narx.experiments.reports.tham_wording import differences_from_paper
 from narx.experiments.tables.chosen import chosen_table
 from narx.experiments.tables.comparison import comparison_table
 from narx.experiments.tables.drift import drift_table
 from narx.experiments.tables.quality import coverage_table
 from narx.experiments.tables.table import Table
-from narx.experiments.tables.tham import comparison_with_print, interval_table, tham_tables
+from narx.experiments.tables.tham import comparison_with_published, interval_table, tham_tables
 from narx.kinematics.segment_angles import SAGITTAL
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial, kind_of
@@ -86,7 +86,7 @@ class GenericReport(Report):
         methods: Mapping[str, OrientationMethod],
         evaluated: Sequence[Evaluated],
     ) -> tuple[Sequence[Evaluated], Sequence[Refusal]]:
-        """Keep the first walking gyroscope for its spectrum, and the strides; everything is scored.
+        """Keep the first walking gyroscope for its spectrum, and all strides; everything is scored.
 
         Parameters
         ----------
@@ -136,7 +136,7 @@ class GenericReport(Report):
             sections += tham_tables(results, cfg.evaluation.skip_s, not_causal=gathered.not_causal)
             if "narx" in cfg.methods:
                 sections.append(interval_table(results, seed=cfg.seed))
-                sections += against_print(comparison_with_print(results), cfg, True)
+                sections += differences_from_paper(comparison_with_published(results), cfg, True)
         return sections + comparison_sections(cfg, gathered) + self._strides.tables()
 
     def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:

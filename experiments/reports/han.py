@@ -1,4 +1,4 @@
-"""Han, Wong and Murray: 2-point error estimation against plain integration, over the walk alone."""
+"""Han, Wong and Murray: 2-point error estimation compared with plain integration."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from narx.experiments.method_labels import method_label
 from narx.experiments.reports.operations import operations_per_angle
 from narx.experiments.reports.report import Report, Section
 from narx.experiments.tables.abhayasinghe import operations_table
-from narx.experiments.tables.han import SEGMENTS, comparison_with_print, han_tables
+from narx.experiments.tables.han import SEGMENTS, comparison_with_published, han_tables
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial, kind_of
 
@@ -155,7 +155,7 @@ class HanReport(Report):
             self._how_scored(cfg),
             *han_tables(gathered.results),
             operations_table(self._operations),
-            *self._against_print(cfg, gathered, simulated),
+            *self._differences_from_paper(cfg, gathered, simulated),
         ]
 
     def _how_scored(self, cfg: DictConfig) -> str:
@@ -173,8 +173,10 @@ class HanReport(Report):
             )
         return text
 
-    def _against_print(self, cfg: DictConfig, gathered: Gathered, simulated: bool) -> list[Section]:
-        found = comparison_with_print(gathered.results)
+    def _differences_from_paper(
+        self, cfg: DictConfig, gathered: Gathered, simulated: bool
+    ) -> list[Section]:
+        found = comparison_with_published(gathered.results)
         sentences = []
         both = found.dropna(subset=["two_point", "gyro_integration"])
         if len(both):
@@ -240,7 +242,7 @@ class HanReport(Report):
 
 
 _ABOUT_SIMULATION = (
-    "The walkers are virtual (docs/simulator.md). Their reference follows the bones, through "
+    "The walkers are simulated (docs/simulator.md). Their reference follows the bones, through "
     "markers on the skin, and the sensors are on soft tissue elsewhere on the segment; in the "
     "paper the markers were attached to the sensors, which hides soft tissue and calibration. Both "
     "matter most where the segment turns least. Their contributions, measured by switching one off "

@@ -1,4 +1,4 @@
-"""Text and figure on a trained network."""
+"""Text and figure describing a trained network."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ def about_network(fold: str, network: Checkpoint) -> str:
     fold : str
         Name of the fold that it was trained for.
     network : Checkpoint
-        With or without a training report in its history.
+        Network, with or without a training report in its history.
 
     Returns
     -------
@@ -29,7 +29,7 @@ def about_network(fold: str, network: Checkpoint) -> str:
     return (
         f"Network of fold {fold}: trained on {history['training_s']:.0f} s of "
         f"{len(history['trained_on'])} segments; {restarts['restarts']:.0f} starts, "
-        f"{restarts['dropped']:.0f} dropped, held-back error "
+        f"{restarts['dropped']:.0f} dropped, held-out error "
         f"{restarts['validation_rmse_best_deg']:.2f} deg (median of starts "
         f"{restarts['validation_rmse_median_deg']:.2f}, worst "
         f"{restarts['validation_rmse_worst_deg']:.2f})."
@@ -42,7 +42,7 @@ def training_history_figure(network: Checkpoint, title: str) -> Figure:
     Parameters
     ----------
     network : Checkpoint
-        With a training report in its history.
+        Network with a training report in its history.
     title : str
         Title of the figure.
 

@@ -22,8 +22,8 @@ Section = str | Table
 class Report(ABC):
     """Tables, figures and text of one kind of benchmark.
 
-    A report receives every trial while it is in memory, at its full rate, and then keeps what it
-    needs for its tables.
+    A report receives every trial while it is in memory, at its full rate, and keeps what it needs
+    for its tables.
     """
 
     # requirement of this report on a trial, for messages
@@ -82,7 +82,7 @@ class Report(ABC):
 
     @abstractmethod
     def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
-        """Draw.
+        """Draw the figures.
 
         Parameters
         ----------

@@ -16,7 +16,7 @@ from narx.experiments.runs.record import write_json
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.files import atomic_path, safe_name
 
-# reasons differ in their numbers from trial to trial; the first few suffice for a reader
+# the numbers in a reason differ between trials; the first few reasons suffice
 _REASONS_SHOWN = 8
 
 
@@ -116,5 +116,5 @@ def about_refusals(refusals: Sequence[Refusal]) -> list[str]:
         for (method, reason), count in counted.most_common(_REASONS_SHOWN)
     ]
     if len(counted) > len(lines):
-        lines.append(f"- and {len(counted) - len(lines)} more reasons")
+        lines.append(f"- and {len(counted) - len(lines)} other reasons")
     return ["Left out:\n\n" + "\n".join(lines)]

@@ -24,7 +24,7 @@ from narx.experiments.reports.report import Report, Section
 from narx.experiments.reports.strides import Strides
 from narx.experiments.tables.subjects import condition_order
 from narx.experiments.tables.table import Table
-from narx.experiments.tables.tham import comparison_with_print, interval_table, tham_tables
+from narx.experiments.tables.tham import comparison_with_published, interval_table, tham_tables
 from narx.gait.spectrum import hidden_neurons
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial, side_of
@@ -130,7 +130,9 @@ class ThamReport(Report):
             sections.append(
                 tham_wording.about_components(hidden_neurons(rate_rad_s, rate_hz), title)
             )
-        sections += tham_wording.against_print(comparison_with_print(results), cfg, simulated)
+        sections += tham_wording.differences_from_paper(
+            comparison_with_published(results), cfg, simulated
+        )
         return sections + comparison_sections(cfg, gathered) + self._strides.tables()
 
     def _cycle_table(self) -> Table:
@@ -152,8 +154,8 @@ class ThamReport(Report):
         return Table(
             "Gait cycles compared",
             frame.astype("Int64"),
-            note="From one contact of a foot to its next, both legs; print does not say whether "
-            "its count is of one leg or of both.",
+            note="From one heel strike to the next of the same foot, both legs; the paper does not "
+            "state whether its count is for one leg or both.",
         )
 
     def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:

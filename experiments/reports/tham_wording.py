@@ -27,22 +27,23 @@ def about_components(count: int, where: str) -> str:
         One sentence, with the paper's three for comparison.
     """
     return (
-        f"Fig. 3: {count} components have 98 % of the power of the sagittal gyroscope ({where}); "
-        "the paper finds 3 and uses as many hidden neurons (as `model.hidden=auto` does)."
+        f"Fig. 3: {count} components contain 98 % of the power of the sagittal gyroscope "
+        f"({where}). The paper finds 3 and uses as many hidden neurons, as does "
+        "`model.hidden=auto`."
     )
 
 
-def against_print(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list[Section]:
+def differences_from_paper(cells: pd.DataFrame, cfg: DictConfig, simulated: bool) -> list[Section]:
     """Explain where and why the results differ from the paper.
 
     Parameters
     ----------
     cells : pandas.DataFrame
-        From `narx.experiments.tables.tham.comparison_with_print`.
+        From `narx.experiments.tables.tham.comparison_with_published`.
     cfg : omegaconf.DictConfig
         The benchmark's configuration.
     simulated : bool
-        Whether the walkers are virtual.
+        Whether the walkers are simulated.
 
     Returns
     -------
@@ -79,16 +80,16 @@ def _about_narx(rmse: pd.DataFrame, cells: pd.DataFrame, cfg: DictConfig) -> str
     for name in others:
         lower = [" ".join(map(str, key)) for key in rmse.index[rmse[name] < rmse["narx"]]]
         if lower:
-            lines.append(f"{method_label(name)} is below it in {', '.join(lower)}.")
+            lines.append(f"{method_label(name)} has a lower RMSE in {', '.join(lower)}.")
     mine = cells[(cells["method"] == "narx") & cells["paper rmse_deg"].notna()]
     if len(mine):
         below = int((mine["rmse_deg"] < mine["paper rmse_deg"]).sum())
-        lines.append(f"Its RMSE is below the printed one in {below} of {len(mine)}.")
+        lines.append(f"NARX's RMSE is below the published one in {below} of {len(mine)}.")
     if cfg.model.odd and cfg.model.coupled:
         lines.append(
-            "This network is not that of the paper: it is an odd function of rates that are "
-            "coupled by the estimated tilt, and starts from an estimated posture "
-            "(docs/methods); `model=tham_literal` is that of the paper."
+            "This is not the network of the paper: it is an odd function, its input rates are "
+            "coupled by the estimated tilt, and it starts from an estimated posture "
+            "(docs/methods). `model=tham_literal` is the network of the paper."
         )
     else:
         lines.append("`model=coupled` is the package's own network.")
@@ -102,16 +103,17 @@ def _about_pseudo_integrator(mine: pd.DataFrame) -> str:
         f"{axis} {bias[axis]:+.1f} ± {precision[axis]:.1f}°" for axis in AXES if axis in bias
     )
     return (
-        f"PI has no gain at zero frequency: every angle has a mean of zero, so the mean angle of "
-        f"the knee is its bias (bias ± precision over speeds: {figures}). The paper has a bias of "
-        "at most 4.8° and does not explain how the mean was recovered; its precision is comparable."
+        "PI has zero gain at zero frequency: the mean of every angle is zero, so the mean knee "
+        f"angle appears as bias (bias ± precision over speeds: {figures}). The paper reports at "
+        "most 4.8° of bias and does not explain how the mean was recovered; its precision is "
+        "comparable."
     )
 
 
 def _about_complementary_filter(mine: pd.DataFrame) -> str:
     frontal = mine[mine["axis"] == "frontal"]
     return (
-        "CF has no transverse angle. Its frontal correlation is "
+        "CF does not estimate the transverse angle. Its frontal correlation is "
         f"{frontal['r'].min():.2f} to {frontal['r'].max():.2f} (paper: 0.94 to 0.96): it "
         "treats the axes independently, and only the accelerometer corrects the effect of rotation "
         "about the other two axes on a tilted segment."
@@ -119,9 +121,9 @@ def _about_complementary_filter(mine: pd.DataFrame) -> str:
 
 
 _ABOUT_SIMULATION = (
-    "The walkers are virtual (docs/simulator.md): heights and masses of Table 1, joint angles "
+    "The walkers are simulated (docs/simulator.md): heights and masses of Table 1, joint angles "
     "from normative curves, sensors and markers on moving soft tissue, "
-    "functional calibration with its errors. The range of motion of a knee in the frontal and "
-    "transverse plane is small compared with these errors, so correlations are lowest there. "
+    "functional calibration with its errors. The range of motion of the knee in the frontal and "
+    "transverse planes is small compared with these errors, so correlations are lowest there. "
     "docs/experiments.md has the results without these errors."
 )

@@ -1,4 +1,4 @@
-"""Output of a training besides its checkpoint: results on its own trials, as text and numbers."""
+"""Output of a training besides its checkpoint: results on the training trials."""
 
 from collections.abc import Iterable, Sequence
 
@@ -27,7 +27,7 @@ def training_summary(fold: str, network: Checkpoint, results: pd.DataFrame, skip
     network : Checkpoint
         Trained network.
     results : pandas.DataFrame
-        Columns of ``results.csv``, of the trials trained on.
+        Columns of ``results.csv``, for the training trials.
     skip_s : float
         Start of each trial that is not scored, s.
 
@@ -42,15 +42,15 @@ def training_summary(fold: str, network: Checkpoint, results: pd.DataFrame, skip
         mean = scored.groupby(["segment", "axis"], sort=False)["rmse_deg"].mean().unstack("axis")
         frame = mean.reindex(columns=[axis for axis in AXES if axis in mean])
         table = Table(
-            "RMSE (°) on the trials trained on",
+            "RMSE (°) on the training trials",
             frame,
             dict.fromkeys(map(str, frame.columns), 2),
-            f"Each trial as a whole, without its first {skip_s:g} s. How the network does on "
-            "other people is for narx-benchmark.",
+            f"Whole trials without their first {skip_s:g} s. Use narx-benchmark for the error on "
+            "other people.",
         )
         paragraphs.append(table.to_markdown().strip())
     else:
-        paragraphs.append("The trials trained on have no reference to compare with.")
+        paragraphs.append("The training trials have no reference to compare with.")
     return "\n\n".join(paragraphs) + "\n"
 
 
@@ -60,7 +60,7 @@ def pieces(evaluated: Iterable[Evaluated]) -> pd.DataFrame:
     Parameters
     ----------
     evaluated : iterable of Evaluated
-        Of any number of trials.
+        Results of any number of trials.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""What every run leaves, how it is found again, and how a sweep of runs ends."""
+"""Record of a run in its folder, its identity, and the end of a sweep."""

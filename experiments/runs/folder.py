@@ -1,4 +1,4 @@
-"""One run's folder: claimed by one process, marked as finished last, never written to again."""
+"""A run's folder: locked by one process, marked as finished last, then never written to again."""
 
 import json
 import traceback
@@ -30,10 +30,10 @@ class Run:
     Parameters
     ----------
     folder : pathlib.Path
-        Where everything that the run leaves is written.
+        Folder for all output of the run.
     record : dict
         Content of ``run.json``: ``state`` (``started``, ``failed``, ``interrupted``,
-        ``finished``), ``identity``, ``code``, ``data_sha256``, and once it is finished ``value``.
+        ``finished``), ``identity``, ``code``, ``data_sha256``, and ``value`` once finished.
     """
 
     folder: Path
@@ -41,18 +41,18 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """Whether everything that the run leaves is there."""
+        """Whether the run is complete."""
         return self.record["state"] == "finished"
 
     def end(self, state: str, **further: object) -> None:
-        """Write how the run has ended; after ``finished`` nothing is written any more.
+        """Record how the run has ended; after ``finished`` nothing more is written.
 
         Parameters
         ----------
         state : {"finished", "failed", "interrupted"}
-            How it ended.
+            Final state.
         **further : object
-            What else belongs into the record.
+            Further entries of the record.
         """
         self.record |= {"state": state, **further}
         write_json(self.record, self.folder / RECORD)
@@ -64,7 +64,7 @@ def read_record(folder: Path) -> dict[str, Any] | None:
     Parameters
     ----------
     folder : pathlib.Path
-        The run's.
+        The run's folder.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def read_record(folder: Path) -> dict[str, Any] | None:
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(record["identity"], str) or not isinstance(record["state"], str):
-            raise TypeError("identity and state are no text")
+            raise TypeError("identity and state must be text")
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -90,7 +90,7 @@ def read_record(folder: Path) -> dict[str, Any] | None:
 
 @contextmanager
 def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> Iterator[Run]:
-    """Claim a folder for a run, and write down how it ends.
+    """Lock a folder for a run, and record how the run ends.
 
     Parameters
     ----------
@@ -99,18 +99,19 @@ def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> It
     cfg : omegaconf.DictConfig
         Configuration of the run.
     data_sha256 : mapping of str to str
-        What it reads, by source.
+        Digest of the data it reads, by source.
 
     Yields
     ------
     Run
-        Finished already, or to be done; whoever does it calls ``end("finished")`` last.
+        An already finished run, or a run to carry out; the caller of the latter ends with
+        ``run.end("finished")``.
 
     Raises
     ------
     UserError
-        If the folder holds a run of another configuration, code or data, or another process is
-        at work in it.
+        If the folder contains a finished run of another configuration, code or data, or another
+        process is using it.
     """
     wanted = {
         "state": "started",
@@ -126,7 +127,7 @@ def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> It
     lock = FileLock(folder / _LOCK)
     _wait_for(lock, folder)
     try:
-        found = _same_run(folder, wanted, cfg)  # the other process may have ended just now
+        found = _same_run(folder, wanted, cfg)  # may have finished while waiting
         if found is not None and found["state"] == "finished":
             yield Run(folder, found)
             return
@@ -146,11 +147,11 @@ def _wait_for(lock: FileLock, folder: Path) -> None:
     try:
         lock.acquire(timeout=0)
     except Timeout:
-        print(f"{folder}: another process is at work in this folder, waiting for it", flush=True)
-        try:  # a worker whose sweep was killed finishes its job, for one
+        print(f"{folder}: another process is using this folder, waiting for it", flush=True)
+        try:  # for example, a worker whose sweep was killed finishes its job
             lock.acquire(timeout=_PATIENCE_S)
         except Timeout:
-            raise UserError(f"{folder}: another process is at work in this folder") from None
+            raise UserError(f"{folder}: another process is using this folder") from None
 
 
 @contextmanager
@@ -175,7 +176,7 @@ def _same_run(folder: Path, wanted: Mapping[str, Any], cfg: DictConfig) -> dict[
     if found is None or all(found.get(k) == wanted[k] for k in ("identity", "data_sha256")):
         return found
     if found["state"] != "finished":
-        return None  # what was cut off before it could be of use may be written over
+        return None  # an unfinished run may be overwritten
     if found.get("code") != wanted["code"]:
         difference = "made by another version of the code"
     elif found["identity"] != wanted["identity"]:
@@ -191,12 +192,12 @@ def _first_difference(folder: Path, cfg: DictConfig) -> str:
     there, here = flat_settings(found), flat_settings(cfg)
     for key in dict.fromkeys([*here, *there]):
         if here.get(key) != there.get(key):
-            return f"{key} is {there.get(key)} there, {here.get(key)} here"
+            return f"{key} was {there.get(key)}, now {here.get(key)}"
     return "settings differ"
 
 
 def _write_configuration(folder: Path, cfg: DictConfig) -> None:
-    # not by Hydra itself, which would write into a finished run before anyone could look
+    # not by Hydra itself, which would overwrite the files of a finished run before it is recognised
     hydra = HydraConfig.get()
     for name, content in (
         ("config", cfg),

@@ -1,7 +1,7 @@
-"""What makes two runs the same: configuration, code, and data.
+"""Identity of a run: configuration, code, and data.
 
-A run's folder in a sweep is named by the overrides that vary and by this identity, so that the
-same command finds its finished runs again and never meets those of another configuration.
+A run's folder in a sweep is named by the overrides that vary and by this identity. The same
+command therefore finds its finished runs again, and never those of another configuration.
 """
 
 import functools
@@ -17,28 +17,28 @@ from omegaconf import DictConfig, OmegaConf
 
 from narx.files import code_sha256
 
-# where recordings lie, what is kept of them and of a training do not change a result
+# location and caching of recordings, and the stored progress of trainings, do not change a result
 _WITHOUT_EFFECT = frozenset({"hydra", "data_root", "prepared", "resume"})
 _NUMERICS = ("torch", "numpy", "scipy", "numba", "pandas")
-# of a folder's name; file systems allow 255 bytes
+# length of a folder's name; file systems allow 255 bytes
 _LONGEST_NAME = 120
 
 
 @functools.cache
 def code_digest() -> str:
-    """Digest of the package's sources and of the versions of what it computes with.
+    """Digest of the package's sources and of the versions of its numerical libraries.
 
     Returns
     -------
     str
         64 hexadecimal digits.
     """
-    # baselines and experiments are linked into the package where it is installed editable
+    # in an editable installation, baselines and experiments are links in the package
     return code_sha256([Path(__file__).parents[2]], _NUMERICS)
 
 
 def settings_of(cfg: DictConfig) -> dict[str, Any]:
-    """Resolve the part of a configuration that a result depends on.
+    """Resolve the part of a configuration on which a result depends.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def settings_of(cfg: DictConfig) -> dict[str, Any]:
     Returns
     -------
     dict
-        Plain values, without the place of the data.
+        Plain values, without the location of the data.
     """
     own = OmegaConf.masked_copy(cfg, [str(key) for key in cfg if key not in _WITHOUT_EFFECT])
     settings = OmegaConf.to_container(own, resolve=True)
@@ -57,7 +57,7 @@ def settings_of(cfg: DictConfig) -> dict[str, Any]:
 
 
 def flat_settings(cfg: DictConfig) -> dict[str, Any]:
-    """Resolve a configuration into one value for each dotted key.
+    """Flatten a configuration to one value for each dotted key.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def flat_settings(cfg: DictConfig) -> dict[str, Any]:
     Returns
     -------
     dict of str to object
-        ``{"model.hidden": 3, ...}``; lists stay whole.
+        ``{"model.hidden": 3, ...}``; lists are kept as values.
     """
     return _flat(settings_of(cfg), "")
 
@@ -100,17 +100,17 @@ def run_identity(cfg: DictConfig) -> str:
 
 
 def safe_name(text: str) -> str:
-    """Make a name that any file system and shell takes as it is.
+    """Convert a text to a name that is safe in any file system and shell.
 
     Parameters
     ----------
     text : str
-        Anything.
+        Any text.
 
     Returns
     -------
     str
-        Letters, digits and ``= , . _ + -``, not longer than a file name may be.
+        Letters, digits and ``= , . _ + -``, not longer than a file name is allowed to be.
     """
     return re.sub(r"[^\w=,.+-]+", "_", text).strip("_.")[:_LONGEST_NAME]
 
@@ -121,17 +121,17 @@ def _run_folder(*, _root_: DictConfig) -> str:
 
 
 def _sweep_folder() -> str:
-    # how jobs are launched does not change what they find
+    # the launcher does not change the results of the jobs
     arguments = [a for a in sys.argv[1:] if not a.startswith(("-m", "--multirun", "hydra"))]
     digest = hashlib.sha256("\0".join(arguments).encode()).hexdigest()
     return f"{safe_name('+'.join(arguments)) or 'sweep'}-{digest[:8]}"
 
 
 def register_resolvers() -> None:
-    """Make ``${run_folder:}`` and ``${sweep_folder:}`` known to configurations.
+    """Register ``${run_folder:}`` and ``${sweep_folder:}`` for configurations.
 
-    The sweep's folder is that of its command, so the same command finds it again. Hydra copies
-    what was resolved once to every job, wherever that runs.
+    The sweep's folder is derived from its command, so the same command finds it again. Hydra
+    copies the resolved value to every job, wherever that job runs.
     """
     OmegaConf.register_new_resolver("run_folder", _run_folder, replace=True)
     OmegaConf.register_new_resolver("sweep_folder", _sweep_folder, use_cache=True, replace=True)

@@ -1,4 +1,4 @@
-"""What a result depends on besides its configuration: seed, versions, commit, data."""
+"""Provenance of a result besides its configuration: seed, versions, commit, data."""
 
 import json
 import math
@@ -23,7 +23,7 @@ _PACKAGES = (
 
 
 def seed_everything(seed: int) -> None:
-    """Seed Python, numpy and torch alike.
+    """Seed Python, numpy and torch.
 
     Parameters
     ----------
@@ -36,14 +36,14 @@ def seed_everything(seed: int) -> None:
 
 
 def environment(seed: int, sources: Mapping[str, str]) -> dict[str, object]:
-    """Describe what a result depends on besides its configuration.
+    """Describe the provenance of a result besides its configuration.
 
     Parameters
     ----------
     seed : int
         The run's seed.
     sources : mapping of str to str
-        Data file names to SHA-256.
+        SHA-256 of each data file.
 
     Returns
     -------
@@ -81,13 +81,13 @@ def _git(*arguments: str) -> str | None:
 
 
 def write_json(content: object, path: Path) -> None:
-    """Write a JSON file in one piece.
+    """Write a JSON file atomically.
 
     Parameters
     ----------
     content : object
-        Mappings, sequences, strings and numbers. What is not finite becomes null: JSON has no
-        NaN, and other readers refuse a file that holds one.
+        Mappings, sequences, strings and numbers. Numbers that are not finite become null: JSON has
+        no NaN, and other readers refuse a file that contains one.
     path : pathlib.Path
         Destination.
     """

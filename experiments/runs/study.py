@@ -1,4 +1,4 @@
-"""A search by Optuna is seeded, kept in the sweep's folder, and goes on where it was cut off."""
+"""Searches by Optuna: seeded, stored in the sweep's folder, resumed after an interruption."""
 
 import importlib
 from typing import Any
@@ -8,23 +8,22 @@ from omegaconf import DictConfig
 
 
 class ResumableStudy(Callback):
-    """Prepare `hydra/sweeper=optuna`, whose own defaults forget everything and are not seeded.
+    """Prepare `hydra/sweeper=optuna`, whose defaults are neither persistent nor seeded.
 
-    Where the configuration leaves them open, the study is kept in ``optuna.db`` of the sweep's
-    folder under the command's name, the sampler takes the run's seed, and failed trials are
-    reported without ending the search. ``n_trials`` counts the finished trials of earlier
-    launches as well.
+    Unless configured otherwise, the study is stored in ``optuna.db`` in the sweep's folder under
+    the command's name, the sampler uses the run's seed, and failed trials are reported without
+    ending the search. ``n_trials`` includes the finished trials of earlier launches.
     """
 
     def on_multirun_start(self, config: DictConfig, **further: Any) -> None:
-        """Fill in what is open.
+        """Set the options that are not configured.
 
         Parameters
         ----------
         config : omegaconf.DictConfig
-            Configuration of the sweep; left as it is unless Optuna sweeps.
+            Configuration of the sweep; unchanged unless the sweeper is Optuna.
         **further : object
-            What else Hydra gives.
+            Further arguments from Hydra, unused.
         """
         sweeper = config.hydra.sweeper
         if "study_name" not in sweeper:
@@ -44,6 +43,6 @@ def _finished(storage: str, name: str) -> int:
     study = optuna.load_study(study_name=name, storage=storage)
     states = optuna.trial.TrialState
     for trial in study.trials:
-        if trial.state == states.RUNNING:  # cut off with the launch that it belonged to
+        if trial.state == states.RUNNING:  # interrupted together with its launch
             study.tell(trial.number, state=states.FAIL)
     return sum(trial.state == states.COMPLETE for trial in study.trials)

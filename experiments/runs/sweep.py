@@ -1,4 +1,4 @@
-"""How a sweep ends: every job that can work has worked, and each that could not is one line."""
+"""End of a sweep: all jobs have run, and each failed job is reported in one line."""
 
 import contextlib
 import json
@@ -22,20 +22,20 @@ _FAULT_STATUS = 1
 
 
 class SweepReport(Callback):
-    """Gather the failed jobs of a sweep, whichever launcher and sweeper run it.
+    """Collect the failed jobs of a sweep, with any launcher and sweeper.
 
-    A job may run in another process or on another machine, so it leaves its reason as a file
-    in the sweep's folder.
+    A job may run in another process or on another machine, so it writes the reason of its failure
+    to a file in the sweep's folder.
     """
 
-    # of this process; Hydra does not hand its callbacks out
+    # the instance of this process; Hydra gives no access to its callbacks
     current: ClassVar["SweepReport | None"] = None
 
     def __init__(self) -> None:
         self._failures: Path | None = None
 
     def on_multirun_start(self, config: DictConfig, **further: Any) -> None:
-        """Name the jobs' folders by what varies, and prepare to hear of failures.
+        """Name the jobs' folders by the overrides that vary, and prepare the reports of failures.
 
         Parameters
         ----------
@@ -45,7 +45,7 @@ class SweepReport(Callback):
             What else Hydra gives.
         """
         sweep = Path(config.hydra.sweep.dir).absolute()
-        with contextlib.suppress(OSError):  # Hydra tries again, and its failure ends the command
+        with contextlib.suppress(OSError):  # if it fails here, Hydra's own attempt reports it
             sweep.mkdir(parents=True, exist_ok=True)
         self._failures = sweep / ".failures" / uuid.uuid4().hex
         SweepReport.current = self
@@ -57,15 +57,15 @@ class SweepReport(Callback):
         )
 
     def on_job_end(self, config: DictConfig, job_return: JobReturn, **further: Any) -> None:
-        """Note why a job of the sweep has failed, and let the sweep go on.
+        """Record why a job of the sweep has failed, and let the sweep continue.
 
         Parameters
         ----------
         config : omegaconf.DictConfig
             Configuration of the job.
         job_return : hydra.core.utils.JobReturn
-            A failed one is handed on as one without a value: sweepers would raise it before
-            the other jobs are through, Optuna counts it as a failed trial.
+            A failed job is changed to one without a value: sweepers would otherwise raise before
+            the other jobs have run. Optuna counts it as a failed trial.
         **further : object
             What else Hydra gives.
         """
@@ -73,7 +73,7 @@ class SweepReport(Callback):
             return
         if job_return.status != JobStatus.FAILED:
             return
-        error = job_return._return_value  # the property would raise it
+        error = job_return._return_value  # the property would raise the exception
         mistake = user_error_behind(error)
         write_json(
             {
@@ -109,7 +109,7 @@ class SweepReport(Callback):
         Returns
         -------
         int
-            Exit status: 0 if no job failed, 2 if all failures are the user's to mend, else 1.
+            Exit status: 0 if no job failed, 2 if all failures are user errors, otherwise 1.
         """
         if self._failures is None or not self._failures.is_dir():
             return 0

@@ -129,7 +129,7 @@ def _closed_loop_jacobian(bench: _Bench, c: CompiledC | None) -> None:
     bench.time("closed_loop_jacobian.narx_8_starts", lambda: bench.closed.products(eight))
     if c is not None:
         bench.time("closed_loop_jacobian.c", c.closed_loop_products(w, v, target))
-        # alternating, so that load on the machine affects both alike
+        # alternating, so that load on the machine affects both equally
         bench.time("closed_loop_jacobian.narx", lambda: bench.closed.products(w[None]))
     if not bench.cfg.peers:
         return
@@ -170,7 +170,7 @@ def _solvers(bench: _Bench, n: int) -> dict[str, solvers.Train]:
 
 
 def _race(bench: _Bench) -> dict[str, Any]:
-    """Time from the same starts to the same mean square of one-step errors."""
+    """Time until the same mean square of one-step errors is reached from the same starts."""
     cfg = bench.cfg
     starts = random_starts(cfg.n_cost_starts, np.random.default_rng(cfg.seed))
     level, n = 1e-6, 1000

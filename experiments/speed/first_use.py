@@ -31,9 +31,9 @@ def first_use() -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        ``first_use_s`` and ``later_use_s`` from the imports to the end of a small training with a
-        rollout of one and of many channels; ``import_narx_s`` of a process that imports the
-        package and nothing else. s.
+        ``first_use_s`` and ``later_use_s``, from the imports to the end of a small training with a
+        rollout of one and of many channels; ``import_narx_s``, of a process that only imports the
+        package. All in s.
     """
     result = {}
     with tempfile.TemporaryDirectory() as cache:

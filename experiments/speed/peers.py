@@ -1,4 +1,4 @@
-"""Peers of the engine: the same work by other libraries, and by a C compiler.
+"""Peers of the engine: the same work done by other libraries and by compiled C.
 
 Each function prepares a peer and returns a callable that does the work once, or None if the
 peer is not installed.
@@ -23,7 +23,7 @@ def installed(module: str) -> bool:
     Parameters
     ----------
     module : str
-        Its name.
+        Name of the module.
 
     Returns
     -------

@@ -10,7 +10,7 @@ from narx.experiments.published import published
 from narx.experiments.tables.subjects import over_subjects
 from narx.experiments.tables.table import Table
 
-# a person's trials are repeats, so people are counted by name and dataset
+# a person's trials are repeated measures, so people are counted by name and dataset
 _PERSON = ["dataset", "subject"]
 _GROUP_ORDER = ("Males", "Females", "All")
 
@@ -134,8 +134,8 @@ def method_table(trials: pd.DataFrame, peaks: pd.DataFrame) -> Table:
         }
         | {f"{q} {k} peaks": 2 for q in ("RMSE", "bias") for k in ("positive", "negative")},
         "Bias = reference - estimate, over trials and at the peaks; SD of error is within a trial, "
-        "its mean taken off. In print the complementary filter's correlation is 'close to' GIOF's, "
-        "without a figure.",
+        "about its mean. The paper gives no value for the complementary filter's correlation, only "
+        "that it is 'close to' GIOF's.",
     )
 
 
@@ -172,22 +172,22 @@ def operations_table(counts: Mapping[str, Mapping[str, float]]) -> Table:
             time: text["complementary_filter_time_us"],
         },
         {
-            "Method": "paper, GIOF (its two tests alone)",
+            "Method": "paper, GIOF (its two tests only)",
             "additions": text["giof_test_additions"],
             "multiplications": text["giof_test_multiplications"],
             "comparisons": text["giof_test_comparisons"],
             time: text["giof_time_walking_us"],
         },
-        {"Method": "paper, 2-point (an angle)", "additions": 7.0, "multiplications": 4.0},
+        {"Method": "paper, 2-point (per angle)", "additions": 7.0, "multiplications": 4.0},
     ]
     frame = pd.DataFrame(rows).reindex(columns=["Method", *kinds, time])
     return Table(
         "Floating-point operations and arctangents per sample",
         frame.set_index("Method"),
         {**dict.fromkeys(kinds, 2), time: 0},
-        "Counted while the method ran, mean over the walk, for one angle. The times of print are "
-        "GIOF's mean while walking (225 µs without arctangent, 500 µs with) and the complementary "
-        "filter's; 2-point adds two arctangents in a whole walk.",
+        "Counted while the method ran, mean over the walk, for one angle. The paper's times are "
+        "the mean of GIOF while walking (225 µs without arctangent, 500 µs with) and that of the "
+        "complementary filter; 2-point adds two arctangents per walk.",
     )
 
 
@@ -249,8 +249,8 @@ def phase_tables(
             "Table 3. Signal feature that can be used to detect each point of the stride cycle",
             pd.DataFrame(points).set_index("Point"),
             {"mean error (ms)": 0, "SD (ms)": 0},
-            "Point c crosses no zero: it is the relative maximum of the derivative. Error = "
-            "detected - true time, of the points that have a truth: b is the foot's own contact, "
-            "c the other foot's toe-off, e the other foot's contact, f its own toe-off.",
+            "Point c is not a zero crossing: it is the relative maximum of the derivative. Error = "
+            "detected - true time, at points with a true event: heel strike (b) and toe-off (f) of "
+            "the same foot, toe-off (c) and heel strike (e) of the other foot.",
         ),
     ]

@@ -1,4 +1,4 @@
-"""Which parameters were chosen on the training part of each fold."""
+"""Table of the parameters chosen on the training part of each fold."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +10,7 @@ from narx.experiments.tables.table import Table
 
 
 def chosen_table(chosen: Mapping[tuple[str, str], Mapping[str, Any]]) -> Table | None:
-    """List what was chosen.
+    """List the chosen parameters.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def chosen_table(chosen: Mapping[tuple[str, str], Mapping[str, Any]]) -> Table |
     Returns
     -------
     Table or None
-        A row a method, a column a fold; None where nothing was chosen.
+        One row per method, one column per fold; None if nothing was chosen.
     """
     if not chosen:
         return None
@@ -35,5 +35,5 @@ def chosen_table(chosen: Mapping[tuple[str, str], Mapping[str, Any]]) -> Table |
     return Table(
         "Parameters chosen on the training part of each fold",
         pd.DataFrame(rows).set_index("Method"),
-        note="Of the grids in `configs/method`, by the error that the network is trained on.",
+        note="Chosen from the grids in `configs/method` by the error minimised in training.",
     )

@@ -1,4 +1,4 @@
-"""All methods side by side on any source: mean over subjects, interval, and test against one."""
+"""Compare all methods on any source: mean over subjects, interval, test against one method."""
 
 from collections.abc import Container
 
@@ -101,7 +101,7 @@ def comparison_table(
     seed : int
         Of bootstrap and permutations.
     not_causal : container of str
-        Rows that look ahead.
+        Rows that use later samples.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def comparison_table(
     name = QUANTITIES.get(quantity, quantity)
     unit = "" if quantity == "r" else " (°)"
     smallest = frame["smallest_p"].min()
-    least = "" if smallest != smallest else f" So few subjects give no p below {smallest:.2g}."
+    least = "" if smallest != smallest else f" With so few subjects, p is at least {smallest:.2g}."
     return Table(
         f"{name}{unit} by method, over subjects",
         printed,
@@ -141,10 +141,10 @@ def comparison_table(
         | {"p": 3, "p Wilcoxon": 3, "lag (ms)": 0},
         "Trials and sides are averaged within subjects first. Intervals: expanded percentile "
         f"bootstrap over subjects; p: exact permutation of paired differences.{least} "
-        "Lag: delay of the estimate, to first order; a phase error counts as one. "
-        "Blocks: as each paper prints it, and with the ingredients that the network has. Heading 0 "
-        "or leak: what became of a filter's own, where that changes the angle. Chosen: parameters, "
-        "on the training part of each fold.",
+        "Lag: delay of the estimate, to first order; it includes phase errors. "
+        "Blocks: each method as its paper prints it, and with the same ingredients as the network. "
+        "Heading 0 or leak: the filter's heading is set to zero or leaks to zero, shown where this "
+        "changes the angle. Chosen: parameters chosen on the training part of each fold.",
     )
 
 

@@ -1,4 +1,4 @@
-"""Growth of the error over a long walk."""
+"""Growth of the error during a long walk."""
 
 from collections.abc import Iterable, Sequence
 
@@ -28,18 +28,18 @@ def drift_table(
     evaluated : iterable of Evaluated
         Trials.
     methods : sequence of str
-        Which methods.
+        Methods to tabulate.
     window_s : float
         Length of the first and of the last window, s.
     shortest_s : float
         Shorter trials are left out, s.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap.
 
     Returns
     -------
     Table or None
-        One row per kind of segment, axis and method; None where no trial is long enough.
+        One row per kind of segment, axis and method; None if no trial is long enough.
     """
     rows = [
         row for one in evaluated if _lasts(one, shortest_s) for row in _rows(one, methods, window_s)

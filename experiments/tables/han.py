@@ -46,7 +46,7 @@ def _method_table(results: pd.DataFrame, method: str) -> Table:
         f"{number}Average RMSE and correlation of thigh and shank angles by {method_label(method)}",
         frame,
         dict.fromkeys(frame.columns, 3),
-        f"Mean over {n} trials (both legs where there are two), scored over the walk alone, from "
+        f"Mean over {n} trials (both legs where there are two), scored over the walk only, from "
         "its start A to its stop B.",
     )
 
@@ -58,25 +58,25 @@ def han_tables(results: pd.DataFrame) -> list[Table]:
     ----------
     results : pandas.DataFrame
         Columns of ``results.csv``, with thighs or shanks among the segments, scored over the
-        walk alone.
+        walk only.
 
     Returns
     -------
     list of Table
-        Rows and columns of print, a row of printed values below each of this run's; other
-        conditions than normal and abnormal are further rows.
+        Rows and columns as in the paper, with the published values below each row of this run;
+        conditions other than normal and abnormal are further rows.
 
     Raises
     ------
     UserError
         If there is neither thigh nor shank.
     """
-    chosen = _of_print(results)
+    chosen = _thighs_and_shanks(results)
     others = [m for m in method_order(chosen["method"]) if m not in _NUMBERS]
     return [_method_table(chosen, method) for method in [*_NUMBERS, *others]]
 
 
-def _of_print(results: pd.DataFrame) -> pd.DataFrame:
+def _thighs_and_shanks(results: pd.DataFrame) -> pd.DataFrame:
     """Rows of thighs and shanks, with a column ``body``."""
     body = results["segment"].str.split("_").str[0]
     chosen = results.assign(body=body)[body.isin(SEGMENTS)]
@@ -86,8 +86,8 @@ def _of_print(results: pd.DataFrame) -> pd.DataFrame:
     return chosen
 
 
-def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
-    """Compare the overall RMSE of every column with the printed one.
+def comparison_with_published(results: pd.DataFrame) -> pd.DataFrame:
+    """Compare the overall RMSE of every column with the published one.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Index axis and body part; columns the methods and, where printed, ``paper <method>``,
+        Index axis and body part; columns the methods and, if published, ``paper <method>``,
         degrees; NaN where an axis is not scored.
 
     Raises
@@ -105,7 +105,7 @@ def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
     UserError
         If there is neither thigh nor shank.
     """
-    means = _of_print(results).pivot_table(
+    means = _thighs_and_shanks(results).pivot_table(
         index=["axis", "body"], columns="method", values="rmse_deg", aggfunc="mean"
     )
     means = means.reindex(list(_HEADINGS)).reindex(

@@ -1,4 +1,4 @@
-"""The benchmark's page: every source, both blocks, all methods, by motion."""
+"""The benchmark page: every source, both blocks, all methods, by motion."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,22 +25,22 @@ QUANTITIES = {"rmse_deg": "RMSE", "precision_deg": "SD of the error"}
 
 @dataclass(frozen=True)
 class Source:
-    """What one benchmark left, and how it is shown.
+    """The results of one benchmark, and how they are presented.
 
     Parameters
     ----------
     title : str
         Heading.
     command : str
-        Makes the numbers.
+        Command that reproduces the results.
     segment : str
-        ``knee``, ``thigh``, ...: what the tables are of.
+        Segment or joint of the tables: ``knee``, ``thigh``, ...
     quantity : {"rmse_deg", "precision_deg"}
-        What is shown.
+        Quantity of the tables.
     means : pandas.DataFrame
         From `subject_condition_means`.
     not_causal : tuple of str
-        Rows that look ahead.
+        Rows that use later samples.
     made : str
         Versions and commit.
     chosen : mapping of tuple of str to mapping
@@ -74,7 +74,7 @@ def subject_condition_means(results: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        A row per subject, condition, kind of segment, axis and method: `KEYS`, ``n_trials`` and
+        One row per subject, condition, kind of segment, axis and method: `KEYS`, ``n_trials`` and
         `NUMBERS`.
     """
     scored = results[results["n_samples"] > 0].assign(segment=results["segment"].map(kind_of))
@@ -85,7 +85,7 @@ def subject_condition_means(results: pd.DataFrame) -> pd.DataFrame:
 
 
 def by_motion(source: Source, block: str) -> Table:
-    """Print one block of a source.
+    """Tabulate one block of a source.
 
     Parameters
     ----------
@@ -97,8 +97,8 @@ def by_motion(source: Source, block: str) -> Table:
     Returns
     -------
     Table
-        A row per axis and method, a column per motion: means over subjects; then the mean over
-        motions and the mean lag.
+        One row per axis and method, one column per motion with means over subjects; then the mean
+        over motions and the mean lag.
     """
     means = source.means[source.means["segment"] == source.segment]
     means = means[means["method"].map(method_block) == block]

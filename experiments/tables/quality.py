@@ -54,5 +54,5 @@ def coverage_table(evaluated: Iterable[Evaluated]) -> Table | None:
         "Share of errors (%) within the predicted bands",
         pd.DataFrame(rows).set_index(["Segment", "Axis", "Method"]),
         {"predicted SD (°)": 2, "factor needed": 2},
-        "Calibrated is 68, 95 and a factor of 1; a factor above 1 means overconfidence.",
+        "A calibrated SD gives 68, 95 and a factor of 1; a factor above 1 means overconfidence.",
     )

@@ -66,7 +66,7 @@ def stride_errors_table(strides: pd.DataFrame, title: str) -> Table:
 
 
 def reliability_table(strides: pd.DataFrame, title: str) -> Table | None:
-    """Compare the mean range of motion of each walk by method and by reference.
+    """Tabulate the agreement of each walk's mean range of motion with the reference.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def reliability_table(strides: pd.DataFrame, title: str) -> Table | None:
     Returns
     -------
     Table or None
-        One row per axis and method; None where there are fewer than five walks.
+        One row per axis and method; None with fewer than five walks.
     """
     keys = ["dataset", "subject", "condition", "trial", "segment", "axis", "method"]
     walks = strides.groupby(keys, sort=False)[["range_reference", "range_estimate"]].mean()
@@ -110,7 +110,7 @@ def reliability_table(strides: pd.DataFrame, title: str) -> Table | None:
         f"{title}: reliability of the range of motion of a walk against the reference",
         pd.DataFrame(rows).set_index(["Axis", "Method"]),
         decimals={"ICC(2,1)": 2, "ICC(3,1)": 2, "SEM": 2, "MDC": 2},
-        note="A target is one leg in one walk, its mean over strides. SEM and minimal detectable "
+        note="A target is the mean over strides of one leg in one walk. SEM and minimal detectable "
         "change (95 %) in degrees.",
     )
 
@@ -123,14 +123,14 @@ def cycle_table(sets: Sequence[StrideSet], methods: Sequence[str], title: str) -
     sets : sequence of StrideSet
         Of joints or segments of one kind.
     methods : sequence of str
-        Those to test.
+        Methods to test.
     title : str
         Joint or segment, for the title.
 
     Returns
     -------
     Table or None
-        One row per axis and method; None where there are fewer than three subjects.
+        One row per axis and method; None with fewer than three subjects.
     """
     rows = []
     for axis, name in enumerate(AXES):

@@ -1,4 +1,4 @@
-"""From rows of results to one value per person, the unit of every mean and SD over subjects."""
+"""Reduce results to one value per person, the unit of every mean and SD over subjects."""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,7 +11,7 @@ _CONDITIONS = ("slow", "normal", "fast", "abnormal")
 
 
 def subject_means(results: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
-    """Average trials, sides and whatever else is not in `by` within each subject.
+    """Average trials, sides and all other columns not in `by` within each subject.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Tables 1 to 4 of Tham et al. (2020), a run's values and the printed ones.
+"""Tables 1 to 4 of Tham et al. (2020): the values of a run and the published ones.
 
 Meaning of the columns: a subject's value is the mean over trials and legs. *Error* is the
 bias (its mean over subjects) and the precision (the SD of the error within a trial, mean over
@@ -27,7 +27,7 @@ _METHODS = ("complementary_filter", "narx", "pseudo_integrator")
 
 
 def _printed() -> dict[tuple[str, str, str], dict[str, float]]:
-    """Printed figures by axis, condition and method."""
+    """Published values by axis, condition and method."""
     rows = published("tham_tables_2_to_4").to_dict("records")
     return {
         (row["axis"], row["condition"], row["method"]): {name: row[name] for name in _PRINTED}
@@ -96,7 +96,7 @@ def _axis_table(
             precision = over_subjects(subjects["precision_deg"])[0]
             rmse, r = over_subjects(subjects["rmse_deg"]), over_subjects(subjects["r"])
             row |= dict(zip(_COLUMNS, (error, precision, *rmse, *r), strict=True))
-            # print's figures are of its own network
+            # the published values are of the paper's own network
             paper = printed.get((axis, condition, method.removesuffix("_as_printed")), {})
             row |= {
                 f"paper {name}": paper.get(column, float("nan"))
@@ -173,7 +173,7 @@ def interval_table(results: pd.DataFrame, method: str = "narx", seed: int = 0) -
     -------
     Table
         One row per plane and speed: n, RMSE with 95 % interval over subjects, the paper's RMSE,
-        whether the mean and whether the whole interval is below it.
+        and whether the mean and the whole interval are below it.
     """
     knees = _knees(results)
     knees = knees[knees["method"] == method]
@@ -209,8 +209,8 @@ def interval_table(results: pd.DataFrame, method: str = "narx", seed: int = 0) -
     )
 
 
-def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
-    """Compare every cell of Tables 2 to 4 with its printed RMSE.
+def comparison_with_published(results: pd.DataFrame) -> pd.DataFrame:
+    """Compare every cell of Tables 2 to 4 with its published RMSE.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def comparison_with_print(results: pd.DataFrame) -> pd.DataFrame:
     pandas.DataFrame
         One row per axis, condition and method that observes the axis: ``bias_deg``,
         ``precision_deg``, ``rmse_deg``, ``r``, means over subjects, and ``paper rmse_deg``, NaN
-        where none is printed.
+        if none is published.
 
     Raises
     ------

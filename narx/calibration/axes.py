@@ -3,11 +3,10 @@
 The frames are rotations that map vectors in the sensor frame to the anatomical frame (x forward, y
 left, z up along the segment; not mirrored, so the same for left and right legs).
 
-Gravity gives z. The second axis comes from a rotation axis that a movement reveals: the hip's
-abduction axis (x) for a thigh, the knee's flexion axis (y) for a shank, or the principal horizontal
-axis of walking (y) where there are no calibration movements. A rotation axis has no sign: in a
-calibration movement it follows from the direction of the movement (`excursion_rad`), in walking
-from the swing of the leg (`swing_sign`).
+Gravity gives z. The second axis is a rotation axis found from a movement: the hip's abduction axis
+(x) for a thigh, the knee's flexion axis (y) for a shank, or the principal horizontal axis (y) of
+walking without calibration movements. The sign of the axis follows from the direction of the
+calibration movement (`excursion_rad`), or from the swing of the leg in walking (`swing_sign`).
 """
 
 import numpy as np
@@ -19,7 +18,7 @@ from narx.errors import RecordingError
 from narx.recordings.resampling import contiguous_pieces
 from narx.types import FloatArray
 
-# pass band of walking: below are turns and bias, above is soft tissue
+# pass band of walking: turns and bias are below, soft-tissue motion is above
 _BAND_HZ = (0.5, 10.0)
 MIN_WALK_S = 1.0
 # skewness of simulated and real walkers: thighs 0.2 to 1.1, shanks 0.7 to 1.1
@@ -34,7 +33,7 @@ def up_from_gravity(accelerometer_m_s2: FloatArray, where: str) -> FloatArray:
     accelerometer_m_s2 : ndarray, shape (N, 3)
         Specific force, m/s^2, at rest or over whole strides; samples with NaN are left out.
     where : str
-        For the message.
+        Name of the recording, for the message.
 
     Returns
     -------
@@ -48,7 +47,7 @@ def up_from_gravity(accelerometer_m_s2: FloatArray, where: str) -> FloatArray:
     """
     valid = accelerometer_m_s2[np.isfinite(accelerometer_m_s2).all(axis=1)]
     if not len(valid):
-        raise RecordingError(f"{where}: no accelerometer sample to take the vertical from")
+        raise RecordingError(f"{where}: no accelerometer sample from which to measure the vertical")
     mean = valid.mean(axis=0)
     size = float(np.linalg.norm(mean))
     if not 8.0 < size < 12.0:
@@ -132,7 +131,7 @@ def swing_sign(walk_rad_s: FloatArray, left: FloatArray) -> int:
     if not len(walk_rad_s):
         return 0
     skewness = float(skew(-(walk_rad_s @ left)))
-    # a rate without any movement has no skewness, NaN
+    # NaN: a constant rate has no skewness
     return int(np.sign(skewness)) if abs(skewness) >= _MIN_SKEWNESS else 0
 
 

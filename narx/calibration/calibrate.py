@@ -1,4 +1,4 @@
-"""From a trial as recorded to calibrated signals and reference angles of each segment."""
+"""Calibrated signals and reference angles of each segment from a recorded trial."""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -40,7 +40,7 @@ LEG_HEADING_SD_DEG = (5.0, 2.0)
 
 @dataclass(frozen=True)
 class CalibratedSegment:
-    """One segment, ready for any method.
+    """Calibrated signals and reference of one segment: the input of every method.
 
     Parameters
     ----------
@@ -76,24 +76,24 @@ def calibrate(
     Parameters
     ----------
     trial : Trial
-        As from a source.
+        Trial from a source.
     mode : {"auto", "leg", "knee", "functional", "walking", "sensor"}
         ``functional``: gravity in standing gives z; hip abduction gives x of a thigh, passive
         knee flexion y of a shank (Tham et al., II-A). ``leg``: the same movements, each measured by
         both sensors of the leg (`narx.calibration.functional.leg_frame`). ``knee``: ``leg``,
         rotated about z to minimise knee abduction in walking (`narx.calibration.knee`).
-        ``walking``: gravity (in standing where the trial has it, otherwise over the walk) and the
-        principal horizontal axis of the walking gyroscope as y, rotated in the same way where the
-        leg has both sensors. ``sensor``: the sensor frame, with the smallest rotation that brings z
-        up at rest (or over the first second), for segments other than the leg; where the reference
-        tracked the sensors, a second sensor takes the heading of the first at rest from it, so that
-        the joint between them starts at zero. ``auto``: knee, functional or walking, the first for
-        which the trial has the recordings; sensor for segments other than thigh and shank.
+        ``walking``: gravity (in standing if the trial contains it, otherwise over the walk) and the
+        principal horizontal axis of the walking gyroscope as y, rotated in the same way if the
+        leg has both sensors. ``sensor``: the sensor frame, with the smallest rotation that makes z
+        vertical at rest (or over the first second), for segments other than the leg; if the
+        reference tracked the sensors, it gives a second sensor the heading of the first at rest,
+        so that the joint between them starts at zero. ``auto``: knee, functional or walking, the
+        first for which the trial has the recordings; sensor for other segments.
     remove_heading_misalignment : bool
         Whether the constant angle about the vertical between an anatomical reference frame
-        (markers) and the calibrated sensor frame is removed, estimated over the whole trial
-        from angular rates. This removes that part of the calibration error, which appears as
-        cross-talk between the axes, from the comparison; the notes report it.
+        (markers) and the calibrated sensor frame is removed; it is estimated from the angular
+        rates of the whole trial. This excludes that part of the calibration error, which appears
+        as cross-talk between the axes, from the comparison; the notes report it.
 
     Returns
     -------
@@ -105,8 +105,8 @@ def calibrate(
     UserError
         If the mode is unknown.
     RecordingError
-        If the trial lacks what the mode needs, or the walk does not distinguish forward from
-        backward.
+        If the trial lacks recordings that the mode needs, or forward and backward cannot be
+        distinguished in the walk.
 
     Notes
     -----
@@ -139,7 +139,7 @@ def _calibrate_segment(
     still = static_bias(trial, segment)
     bias = np.zeros(3) if still is None else still.bias_rad_s
     notes = [
-        "static gyroscope bias unknown, left in"
+        "static gyroscope bias unknown, not removed"
         if still is None
         else f"static gyroscope bias {np.degrees(bias).round(2).tolist()} deg/s "
         f"from {still.where} removed"

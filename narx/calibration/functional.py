@@ -78,7 +78,7 @@ def movement_recording(trial: Trial, segment: str, movement: Movement) -> ImuRec
 
 
 def has_own_movement(trial: Trial, segment: str) -> bool:
-    """Return whether the trial has what `functional_frame` needs.
+    """Return whether the trial has the recordings for `functional_frame`.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def has_own_movement(trial: Trial, segment: str) -> bool:
 
 
 def has_whole_leg(trial: Trial, segment: str) -> bool:
-    """Return whether the trial has what `leg_frame` needs.
+    """Return whether the trial has the recordings for `leg_frame`.
 
     Parameters
     ----------

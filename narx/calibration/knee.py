@@ -28,11 +28,11 @@ from narx.types import BoolArray, FloatArray
 # root mean square of knee abduction over a stride: the order of magnitude measured with bone pins
 # (Lafortune et al., J Biomech 25:347, 1992: 5 degrees from stance to swing)
 ABDUCTION_DEG = 2.0
-# two slow strides
+# shortest walk, s: two slow strides
 _MIN_WALK_S = 3.0
-# long enough for many strides, short enough for a drift below a degree or two
+# longest part of the walk that is used, s: many strides, with a drift below a degree or two
 _MAX_WALK_S = 60.0
-# longest time between the calibration posture and the start of the walk
+# longest time between the calibration posture and the start of the walk, s
 _MAX_WAIT_S = 5.0
 # walking is below 10 Hz
 _RATE_HZ = 50.0
@@ -48,7 +48,7 @@ def turned_by_knee(
     find: FrameFinder,
     heading_sd_deg: tuple[float, float],
 ) -> tuple[Rotation, str]:
-    """Find a frame, and rotate it about z to minimise knee abduction.
+    """Determine a frame, and rotate it about z to minimise knee abduction.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def turned_by_knee(
     Notes
     -----
     The frame is unchanged without a sensor on the other segment of the leg, or without three
-    seconds of walking, free of gaps, that begin in the calibration posture.
+    seconds of walking without gaps that start in the calibration posture.
     """
     frame, how = find(trial, segment, bias_rad_s)
     turn_rad = _turn_rad(trial, segment, frame, find, heading_sd_deg)
@@ -121,7 +121,7 @@ def _turn_rad(
 
 
 def _first_steps(trial: Trial, valid: BoolArray) -> NDArray[np.intp]:
-    """Samples of the walk from the calibration posture on, up to the first gap."""
+    """Select the walk from the calibration posture to the first gap."""
     time = trial.time_s
     begin, end = trial.walking_s or (time[0], time[-1])
     if trial.still_s:
@@ -168,8 +168,8 @@ def knee_headings(
     -----
     Least squares: the knee's abduction at 0.5-10 Hz against `ABDUCTION_DEG`, the whole walk
     counting as one observation since its strides are alike, and both rotations against
-    `heading_sd_deg`. The latter preserves a real abduction that accompanies flexion, and keeps the
-    solution from running along the valley in which rotations of thigh and shank nearly cancel.
+    `heading_sd_deg`. The latter preserves true abduction that accompanies flexion, and prevents
+    large rotations of thigh and shank that nearly cancel each other.
     """
     every = max(1, int(sampling_rate_hz / _RATE_HZ))
     thigh, shank = (

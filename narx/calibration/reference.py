@@ -23,9 +23,9 @@ def anatomical_reference(
     Parameters
     ----------
     trial : Trial
-        With a reference of this segment.
+        Trial with a reference of this segment.
     segment : str
-        Which segment.
+        Name of the segment.
     sensor_to_anatomical : Rotation
         The sensor's calibration.
     static_bias_rad_s : ndarray, shape (3,)
@@ -48,7 +48,7 @@ def anatomical_reference(
     result = np.full_like(quaternion, np.nan)
     notes: list[str] = []
     if not valid.any():
-        return result, [f"reference of '{segment}' is missing throughout"]
+        return result, [f"reference of '{segment}' has no valid sample"]
     orientation = Rotation.from_quat(quaternion[valid], scalar_first=True)
     posture = _posture(trial, valid)
     if reference.frame == "sensor":

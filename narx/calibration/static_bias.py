@@ -8,9 +8,9 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from narx.recordings.trial import Trial
 from narx.types import FloatArray
 
-# long enough to average out noise and sway, short enough to avoid handling of the sensor
+# length of a window, s: averages out noise and sway, and excludes handling of the sensor
 WINDOW_S = 5.0
-# a sensor on a table does not turn: a (smoothed) rate above this is handling of the sensor
+# a sensor on a table does not turn, so a (smoothed) rate above this indicates handling
 HANDLING_RAD_S = np.radians(2.0)
 HANDLING_MARGIN_S = 0.5
 
@@ -25,13 +25,13 @@ class StillPart:
         Part of the recording, for messages.
     bias_rad_s : ndarray, shape (3,)
         Mean of the gyroscope in the sensor frame, rad/s.
-    unrest_rad_s : float
+    gyroscope_scatter_rad_s : float
         Root mean square deviation from that mean, rad/s.
     """
 
     where: str
     bias_rad_s: FloatArray
-    unrest_rad_s: float
+    gyroscope_scatter_rad_s: float
 
 
 def quietest_window(
@@ -121,7 +121,7 @@ def static_bias(trial: Trial, segment: str) -> StillPart | None:
     -----
     A standing person sways, so the mean rate over a standing part of length T has an error of the
     angle between its ends divided by T, whatever the sensor. The whole of each part is therefore
-    averaged, and parts are weighted by ``(T / unrest)^2``, the inverse of that error's variance.
+    averaged, and parts are weighted by ``(T / scatter)^2``, the inverse of that error's variance.
     """
     recording = trial.calibration.get("still", {}).get(segment)
     if recording is not None and recording.n_samples > 1:
@@ -146,24 +146,26 @@ def static_bias(trial: Trial, segment: str) -> StillPart | None:
         )
     if not parts:
         return None
-    # a part without any deviation is a constant signal: the largest, but a finite weight
-    weights = np.array([(length / max(part.unrest_rad_s, 1e-9)) ** 2 for length, part in parts])
+    # a constant signal has no scatter; its weight is limited to a finite value
+    weights = np.array(
+        [(length / max(part.gyroscope_scatter_rad_s, 1e-9)) ** 2 for length, part in parts]
+    )
     weights /= weights.sum()
     return StillPart(
         " and ".join(part.where for _, part in parts),
         np.asarray(weights @ np.array([part.bias_rad_s for _, part in parts])),
-        float(np.sqrt(weights @ np.array([part.unrest_rad_s**2 for _, part in parts]))),
+        float(np.sqrt(weights @ np.array([part.gyroscope_scatter_rad_s**2 for _, part in parts]))),
     )
 
 
 def _standing_part(
     gyroscope_rad_s: FloatArray, sampling_rate_hz: float, where: str
 ) -> list[tuple[float, StillPart]]:
-    """Average a standing part; return its length in s as well, nothing if it is empty."""
+    """Average a standing part; return its length in s and the average, nothing if it is empty."""
     rate = gyroscope_rad_s[np.isfinite(gyroscope_rad_s).all(axis=1)]
     return [(len(rate) / sampling_rate_hz, _mean(rate, where))] if len(rate) else []
 
 
 def _mean(rate_rad_s: FloatArray, where: str) -> StillPart:
-    unrest = np.sqrt(rate_rad_s.var(axis=0).sum())
-    return StillPart(where, np.asarray(rate_rad_s.mean(axis=0)), float(unrest))
+    scatter = np.sqrt(rate_rad_s.var(axis=0).sum())
+    return StillPart(where, np.asarray(rate_rad_s.mean(axis=0)), float(scatter))

@@ -85,7 +85,7 @@ def _walking_samples(trial: Trial) -> BoolArray:
 
 
 def _walk(trial: Trial, segment: str, bias: FloatArray) -> FloatArray:
-    # filtered as a whole, then cut, so that a short walk is not dominated by the filter transient
+    # filtered before it is cut, so that filter transients do not dominate a short walk
     rate = walking_band(trial.imus[segment].gyroscope_rad_s - bias, trial.sampling_rate_hz)
     walk = rate[_walking_samples(trial)]
     return walk[np.isfinite(walk).all(axis=1)]

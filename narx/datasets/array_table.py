@@ -24,9 +24,9 @@ class ArrayTable:
     path : pathlib.Path
         The file, for messages.
     names : tuple of str
-        A name per column.
+        One name per column.
     read : callable
-        Returns a column by its number.
+        Returns the column with a given index.
     """
 
     units: None = None

@@ -20,7 +20,7 @@ class TrialSource(ABC):
     """A set of trials that are read (or generated) one at a time.
 
     A subclass lists its trials in `_list_trials` and reads one in `_load`. Trials are read on
-    demand and not kept: a loop over a source has one trial in memory at a time.
+    demand and not stored: a loop over a source has one trial in memory at a time.
     """
 
     name: ClassVar[str]
@@ -96,7 +96,7 @@ class TrialSource(ABC):
         for column, wanted in zip(INDEX_COLUMNS, (subject, condition, trial), strict=True):
             if wanted is None:
                 continue
-            # a number on the command line is also a name
+            # a number on the command line is converted to a name
             several = [wanted] if isinstance(wanted, str | int) else wanted
             names = [str(name) for name in several]
             self._check_known(column, names)
@@ -128,7 +128,7 @@ class TrialSource(ABC):
         UserError
             If there is no such trial.
         RecordingError
-            If a file is damaged or lacks something.
+            If a file is damaged or incomplete.
         """
         self.select(subject, condition, trial)
         return self._load(subject, condition, trial)

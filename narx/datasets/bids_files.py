@@ -2,7 +2,7 @@
 
 Brain Imaging Data Structure, https://bids-specification.readthedocs.io, "Motion" and "Common
 principles": a side file applies to every data file in its folder and below whose entities include
-all of its own; the nearer one wins, key by key.
+all of its own; for each key, the nearest one takes precedence.
 """
 
 import json
@@ -14,7 +14,7 @@ import pandas as pd
 from narx.errors import RecordingError
 from narx.recordings.input_file import regular_file
 
-# folders of a data set that hold no raw data
+# folders of a data set without raw data
 _NOT_RAW = frozenset({"derivatives", "sourcedata", "code", "phenotype", "stimuli"})
 
 
@@ -71,7 +71,7 @@ def applicable(path: Path, root: Path, suffix: str, extension: str) -> list[Path
     root : pathlib.Path
         The data set's folder, at which the search ends.
     suffix, extension : str
-        Of the side file, such as ``channels`` and ``.tsv``.
+        Suffix and extension of the side file, such as ``channels`` and ``.tsv``.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def sidecar(path: Path, root: Path) -> tuple[dict[str, object], Path]:
     Returns
     -------
     metadata : dict
-        All applicable ``*_motion.json``, the nearer ones winning.
+        All applicable ``*_motion.json``, merged; nearer files take precedence.
     nearest : pathlib.Path
         The nearest of them, for messages.
 

@@ -28,7 +28,7 @@ class TrackingSystem:
     path : pathlib.Path
         The motion file.
     root : pathlib.Path
-        The data set's folder, up to which side files are inherited.
+        The data set's folder, where the inheritance of side files ends.
     begins_s : float
         Start of its recording on the trial's clock, s.
 
@@ -37,14 +37,14 @@ class TrackingSystem:
     path : pathlib.Path
         The motion file.
     rate_hz : float
-        Effective sampling rate where the metadata give it, else the nominal one.
+        Effective sampling rate if the metadata contain it, otherwise the nominal one.
     notes : list of str
-        What was left out and why, as text.
+        Data that were left out, and why.
 
     Raises
     ------
     RecordingError
-        If a side file is missing or wrong, or the table does not fit its channels.
+        If a side file is missing or invalid, or the table does not match its channels.
     """
 
     def __init__(self, path: Path, root: Path, begins_s: float) -> None:
@@ -121,7 +121,7 @@ class TrackingSystem:
         kind : str
             Type of the channels.
         components : tuple of str
-            Which, in order.
+            Components, in order.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""BROAD: one rigid IMU moved by hand, slow and fast, turning and translating; not gait.
+"""BROAD: one rigid IMU moved by hand, slow and fast, rotating and translating; not gait.
 
 Laidig, Caruso, Cereatti, Seel: BROAD, a benchmark for robust inertial orientation estimation,
 Data 6(7):72, 2021; the files are ``data_mat/`` of https://github.com/dlaidig/broad.
@@ -107,7 +107,7 @@ class Broad(TrialSource):
             clock_offset_s=aligned.clock_offset_s,
             notes=(
                 *aligned.notes,
-                "the rest at the start is the calibration posture; scored is the movement phase",
+                "the rest at the start is the calibration posture; the movement phase is scored",
             ),
             sources=checked_sources(self.name, root, [path]),
         )

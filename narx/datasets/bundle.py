@@ -1,4 +1,4 @@
-"""A phone's export: a zip or folder with one file per sensor."""
+"""Export of a phone app: a zip or folder with one file per sensor."""
 
 import zipfile
 from pathlib import Path
@@ -67,7 +67,7 @@ def read_bundle(path: Path, segment: str) -> ImuRecording:
 
 
 def _contents(path: Path) -> dict[str, bytes | Path]:
-    """Text files by name; those of a zip are read at once, within the limit of one file."""
+    """Text files by name; those of a zip are read at once, up to the size limit of one file."""
     if path.is_dir():
         return {one.name: one for one in path.iterdir() if one.suffix.lower() in (".csv", ".txt")}
     try:

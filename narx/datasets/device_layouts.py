@@ -1,4 +1,4 @@
-"""Descriptions of devices from YAML: those of the package, and a user's own."""
+"""Descriptions of devices in YAML: those of the package, and those of the user."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -35,12 +35,12 @@ def layout_from(description: Mapping[str, Any], name: str) -> Layout:
     Returns
     -------
     Layout
-        The same, checked.
+        The validated layout.
 
     Raises
     ------
     UserError
-        If a key is unknown or missing, or a value of the wrong kind.
+        If a key is unknown or missing, or a value has the wrong type.
     """
     unknown = set(description) - _KEYS
     if unknown:
@@ -63,7 +63,7 @@ def layout_from(description: Mapping[str, Any], name: str) -> Layout:
 
 
 def read_layout(path: Path) -> Layout:
-    """Read the description of a user's own device.
+    """Read a user's description of a device.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def read_layout(path: Path) -> Layout:
     Raises
     ------
     UserError
-        If it is not YAML, or not such a description.
+        If the file is not YAML, or not such a description.
     """
     try:
         content = OmegaConf.to_container(OmegaConf.load(regular_file(path)))

@@ -51,7 +51,7 @@ class Columns:
 
 @dataclass(frozen=True)
 class Layout:
-    """Names of a device's columns; of alternatives, the first present in a table is used.
+    """Names of a device's columns; of several alternatives, the first found in a table is used.
 
     Parameters
     ----------

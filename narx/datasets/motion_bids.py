@@ -1,10 +1,10 @@
 """Recordings in Motion-BIDS format.
 
 Jeung et al.: Motion-BIDS, an extension to the brain imaging data structure to organize motion
-data for reproducible research, Scientific Data 11:716, 2024. Read are, for every raw
-``*_motion.tsv`` with the entities sub, task and tracksys (and ses, acq, run), the channels of type
-GYRO and ACCEL (x, y, z) and ORNT (quat_w, quat_x, quat_y, quat_z), by tracked point; sampling rate,
-latencies, status and acquisition times with them.
+data for reproducible research, Scientific Data 11:716, 2024. For every raw ``*_motion.tsv`` with
+the entities sub, task and tracksys (and ses, acq, run), the channels of type GYRO and ACCEL (x, y,
+z) and ORNT (quat_w, quat_x, quat_y, quat_z) are read by tracked point, together with sampling rate,
+latencies, status and acquisition times.
 """
 
 from collections.abc import Mapping
@@ -169,7 +169,7 @@ class MotionBids(TrialSource):
             notes=(
                 *notes,
                 *aligned.notes,
-                "a rest at the start is taken for the calibration posture",
+                "the rest at the start is assumed to be the calibration posture",
             ),
             sources={system.path.name: sha256_of(system.path) for system in systems},
         )

@@ -37,7 +37,7 @@ _COLUMNS = ("PacketCounter", "Gyr_X", "Gyr_Y", "Gyr_Z", "Acc_X", "Acc_Y", "Acc_Z
 _NATIVE_HZ = 100.0
 _COUNTER_RANGE = 2**16
 _MAX_GAP_S = 0.025
-# at 100 Hz marker noise would mask the speed over a single interval
+# averaging time: at 100 Hz, marker noise would mask the speed over a single interval
 _ALIGNMENT_INTERVAL_S = 0.03
 _TURN_RAD = np.radians(20.0)
 _WALKING_SPEED_M_S = 0.2

@@ -1,4 +1,4 @@
-"""Cache on disk for simulated, or read and calibrated, trials."""
+"""Cache on disk of trials that have been simulated or read, and calibrated."""
 
 import contextlib
 import functools
@@ -22,14 +22,14 @@ from narx.recordings.trial import Trial
 
 T = TypeVar("T")
 
-# all code that a prepared trial depends on; completeness is tested in
-# tests/narx/datasets/test_prepared.py
+# all code on which a prepared trial depends; tests/narx/datasets/test_prepared.py checks that it is
+# complete
 ROOMS = (
     "errors.py", "files.py", "types.py", "method.py", "recursion.py", "kernels", "settings",
     "kinematics", "recordings", "simulation", "gait", "calibration", "datasets",
 )  # fmt: skip
 _NUMERICS = ("numpy", "scipy", "pandas", "numba")
-# an older file with a temporary name was left by a killed process
+# an older temporary file was left by a killed process
 _ABANDONED_S = 3600.0
 
 
@@ -42,7 +42,7 @@ class TrialStore:
     folder : pathlib.Path
         Folder of the files.
     limit_bytes : float
-        Size limit; the least recently used are deleted first.
+        Size limit; the least recently used trials are deleted first.
     """
 
     folder: Path
@@ -74,7 +74,7 @@ class TrialStore:
                 stored = self._read(path)
                 return stored
             value = make()
-            # with a full disk the next run is slower, but this one has its result
+            # if the disk is full, the result is only not cached
             with (
                 contextlib.suppress(OSError),
                 atomic_path(path) as temporary,
@@ -92,7 +92,7 @@ class TrialStore:
             os.utime(path)
         except FileNotFoundError:
             raise LookupError(path) from None
-        except Exception as error:  # a damaged pickle may raise anything
+        except Exception as error:  # a damaged pickle may raise any exception
             path.unlink(missing_ok=True)
             raise LookupError(path) from error
         return value
@@ -128,7 +128,7 @@ class PreparedSource(TrialSource):
     source : TrialSource
         Reads or simulates trials that are not in the store.
     options : str
-        What its trials depend on besides the code: its options, the digest of its recordings.
+        Everything besides the code on which its trials depend: options, digest of the recordings.
     store : TrialStore
         Stores the trials.
     """

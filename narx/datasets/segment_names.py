@@ -1,4 +1,4 @@
-"""Segment from the name of a tracked point, a column or a file."""
+"""Recognise the segment in the name of a tracked point, a column or a file."""
 
 import re
 
@@ -32,8 +32,8 @@ def segment_of(name: str) -> str:
     Returns
     -------
     str
-        Body part and side where both are recognised (``thigh_left``), the body part alone where
-        no side is, otherwise the name itself, made safe for a file name.
+        Body part and side if both are recognised (``thigh_left``), the body part alone without a
+        side, otherwise the name itself, made safe for a file name.
     """
     spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
     spaced = re.sub(r"([A-Z])([A-Z][a-z])", r"\1 \2", spaced)
@@ -46,7 +46,7 @@ def segment_of(name: str) -> str:
     for known in _PARTS[part]:
         rest = rest.replace(known, "")
     for side, spellings in _SIDES.items():
-        # a single letter counts on its own, or glued to the part: lthigh
+        # a single letter is a side if it is separate, or directly before the part: lthigh
         if spellings[0] in joined or spellings[1] in words or rest == spellings[1]:
             return f"{part}_{side}"
     return part

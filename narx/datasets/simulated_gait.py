@@ -36,8 +36,8 @@ LEGS = ("thigh_right", "shank_right", "thigh_left", "shank_left")
 
 # Tham et al. (2020), section III: mean and standard deviation over the subjects
 SPEEDS_KM_H = {"slow": (2.6, 0.2), "normal": (3.3, 0.2), "fast": (4.3, 0.3)}
-# over ground Han et al. (2020) give no speed; adults choose about this (Bohannon, Age Ageing
-# 26:15, 1997)
+# Han et al. (2020) give no speed over ground; this is the usual speed of adults (Bohannon, Age
+# Ageing 26:15, 1997)
 OVERGROUND_SPEED_KM_H = {"normal": (4.5, 0.3), "abnormal": (3.6, 0.3)}
 
 TREADMILL_STAND_S = 4.0
@@ -51,7 +51,7 @@ Protocol = Literal["treadmill", "stand_walk_stand"]
 
 
 class SimulatedGait(TrialSource):
-    """Virtual walkers with IMUs on thighs and shanks and an optical reference.
+    """Simulated walkers with IMUs on thighs and shanks and an optical reference.
 
     Parameters
     ----------
@@ -84,14 +84,14 @@ class SimulatedGait(TrialSource):
         Segments with an IMU: of ``pelvis``, ``thigh_right``, ``shank_right``, ``thigh_left``,
         ``shank_left``.
     ideal : bool, optional
-        No errors at all: exact sensors, no soft tissue, the bones' orientation as reference.
-        The sensors stay where they are mounted.
+        No errors: exact sensors, no soft tissue, the bones' orientation as reference. The mounting
+        of the sensors is unchanged.
     without : iterable of str, optional
         Sources of error to leave out, all others unchanged (`ErrorSource` of
         `narx.simulation.session`).
     seed : int, optional
-        Every random number comes from it and the names of subject, condition and trial; no
-        trial depends on which others are generated.
+        Every random number is determined by it and the names of subject, condition and trial, so
+        that a trial does not depend on which others are generated.
 
     Raises
     ------
@@ -213,8 +213,8 @@ class SimulatedGait(TrialSource):
         Returns
         -------
         TrueMotion
-            Without any error of sensor, tissue or markers; the sensors' orientation includes
-            the tissue under them.
+            Motion without errors of sensors or markers; the sensors' orientation includes the
+            motion of the tissue under them.
 
         Raises
         ------
@@ -236,7 +236,7 @@ class SimulatedGait(TrialSource):
 
     def _speed_m_s(self, subject: str, condition: str) -> float:
         mean, spread = self._speeds_km_h[condition]
-        # one number per person: a fast walker is fast at every speed
+        # one number per person: a fast walker is fast in every condition
         return (mean + spread * float(stream(self.seed, subject, "speed").normal())) / 3.6
 
     def _motion(

@@ -1,4 +1,4 @@
-"""Smartphones in a trouser pocket or a hand, walking freely, beside an optical reference.
+"""Smartphones in a trouser pocket or a hand during free walking, with an optical reference.
 
 Michel, Genevès, Fourati, Layaïda: Attitude estimation for indoor navigation and augmented
 reality with smartphones, Pervasive and Mobile Computing 46, 2018; the files are
@@ -115,9 +115,9 @@ class SmartphonePocket(TrialSource):
             calibration={"still": {segment: still}},
             clock_offset_s=aligned.clock_offset_s,
             notes=(
-                "clocks brought together by timeAlignment.txt, then by angular speed",
+                "clocks aligned by timeAlignment.txt, then by angular speed",
                 *aligned.notes,
-                f"resampled to {self._sampling_rate_hz:g} Hz, optical gaps left open",
+                f"resampled to {self._sampling_rate_hz:g} Hz, optical gaps not interpolated",
             ),
             sources=checked_sources(self.name, root, [*files, optical_file], own=still_files),
         )

@@ -55,9 +55,9 @@ class Fold:
     Parameters
     ----------
     name : str
-        What is held out, or how the training part was chosen.
+        Name of the held-out part, or of the choice of the training part.
     training, test : tuple of TrialPart
-        Without a training part the network is already trained: a checkpoint, or the shipped one.
+        Without a training part, a trained network is used: a checkpoint, or the shipped one.
     validation : tuple of TrialPart
         Parts to choose among restarts; if empty, the end of every training part is held out.
     """
@@ -168,17 +168,17 @@ def one_window(
     earliest_s, latest_s : float
         Range in s in which the window starts.
     validation_s : float
-        Time after the window that chooses among restarts, s; 0 leaves that to the end of the
-        window (`training.held_back`).
+        Length of the part after the window used to choose among restarts, s; with 0, the end of
+        the window is used (`training.held_back`).
     subject : str, optional
         Subject to train on; None draws one.
     seed : int
-        Of the draw of subject and window.
+        Seed for the choice of subject and window.
 
     Yields
     ------
     Fold
-        One. The test parts include the training window, as in the paper.
+        One fold. The test parts include the training window, as in the paper.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def one_window(
 
 
 def everything(index: pd.DataFrame) -> Iterator[Fold]:
-    """Train on all trials, test on none: for a network to be used elsewhere.
+    """Train on all trials without a test, for a network to be used on other data.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def pretrained(index: pd.DataFrame) -> Iterator[Fold]:
 
 @checked
 def automatic(index: pd.DataFrame, *, testing: bool = True, seed: Seed = 0) -> Iterator[Fold]:
-    """Choose a split that suits the data.
+    """Choose a split appropriate for the data.
 
     Parameters
     ----------
@@ -257,8 +257,8 @@ def automatic(index: pd.DataFrame, *, testing: bool = True, seed: Seed = 0) -> I
     Yields
     ------
     Fold
-        The paper's window on simulated gait; else everything if only training is wanted, one
-        subject left out if there are several, and the network that is already trained if not.
+        The paper's window on simulated gait. Otherwise: everything for training only; for tests,
+        one subject left out if there are several, or an already trained network if not.
     """
     if set(index["source"]) == {"simulated_gait"}:
         normal = "normal" if (index["condition"] == "normal").any() else None

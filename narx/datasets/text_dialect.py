@@ -236,7 +236,7 @@ def _decoded(path: Path, data: bytes) -> tuple[str, list[str]]:
 def _split(lines: list[str], separator: str) -> list[list[str]]:
     if separator == " ":
         return [line.split() for line in lines]
-    # the csv module receives one line at a time, so that a stray quote does not consume the file
+    # the csv module receives one line at a time, so that a stray quote cannot extend over lines
     quoted = [line.strip(" \r") if '"' in line else None for line in lines]
     return [
         line.split(separator)
@@ -310,7 +310,7 @@ def _cut(row: list[str], width: int) -> list[str]:
 def _even(
     path: Path, rows: list[list[str]], line_numbers: list[int], n_names: int
 ) -> tuple[list[list[str]], bool]:
-    """Make all rows as wide as the header; return whether they begin with an index."""
+    """Trim all rows to the width of the header; return whether they start with an index."""
     longer = sum(any(cell.strip() for cell in row[n_names:]) for row in rows)
     has_index = longer > len(rows) // 2
     width = n_names + has_index
@@ -349,8 +349,8 @@ def _decimal(rows: list[list[str]], path: Path) -> str:
 
 
 def _plain_numbers(cells: list[str]) -> FloatArray | None:
-    """Convert cells at once; None where one is something else than a number."""
-    if "_" in "".join(cells):  # what only Python takes for a number
+    """Convert all cells at once; return None if one is not a number."""
+    if "_" in "".join(cells):  # characters of numbers that only Python accepts
         return None
     try:
         return np.fromiter(map(float, cells), dtype=np.float64, count=len(cells))

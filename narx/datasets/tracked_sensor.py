@@ -16,7 +16,7 @@ from narx.recordings.resampling import resample_quaternions, resample_vectors, u
 from narx.recordings.trial import ImuRecording, ReferenceOrientation
 from narx.types import FloatArray
 
-# the body cannot turn faster than its gyroscope measures: beyond this factor it is a tracking fault
+# a body that turns this many times faster than its gyroscope measures is a tracking fault
 _SPIKE_FACTOR = 2.0
 _SPIKE_MAX_S = 0.2
 # length of a quaternion that stands for a lost pose, and largest deviation from 1 of any other
@@ -28,7 +28,7 @@ _MIN_EXPLAINED = 0.5
 
 @dataclass(frozen=True)
 class RawSensor:
-    """A sensor as published: two tables on the inertial clock, and the body tracked with it.
+    """A published recording: two tables on the inertial clock, and the tracked body.
 
     Parameters
     ----------

@@ -95,9 +95,9 @@ def agreement(reference_rad: ArrayLike, estimate_rad: ArrayLike) -> Agreement:
     Returns
     -------
     Agreement
-        In degrees. Without a pair everything except the count is NaN; with a single pair, whatever
-        needs a standard deviation. An infinite estimate is not missing: its RMSE is infinite and
-        the rest NaN.
+        In degrees. Without pairs, everything except the count is NaN; with a single pair, the
+        values that need a standard deviation are. An infinite estimate is not missing: its RMSE is
+        infinite and the rest NaN.
     """
     reference, estimate = _pairs(reference_rad, estimate_rad)
     n = len(reference)
@@ -158,8 +158,8 @@ def limits_of_agreement(errors: ArrayLike, confidence: float = 0.95) -> LimitsOf
     -------
     LimitsOfAgreement
         Its intervals are exact for normal errors: a limit is a quantile of the population, whose
-        interval comes from the non-central t distribution (A. Carkeet, Optom. Vis. Sci. 92
-        (2015) e71-e80), where Bland and Altman (1986) use an approximation.
+        interval follows from the non-central t distribution (A. Carkeet, Optom. Vis. Sci. 92
+        (2015) e71-e80); Bland and Altman (1986) use an approximation.
     """
     error = np.asarray(errors, dtype=float).ravel()
     error = error[np.isfinite(error)]

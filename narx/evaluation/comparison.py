@@ -116,7 +116,7 @@ class Evaluated:
         Parameters
         ----------
         start_s, stop_s : float
-            From (included) and to (not included), on the trial's clock.
+            Start (included) and end (excluded), on the trial's clock.
 
         Returns
         -------
@@ -133,7 +133,7 @@ class Evaluated:
         Parameters
         ----------
         rate_hz : float
-            Rate wanted; every k-th sample is kept, with k rounded to the nearest whole number.
+            Requested rate; every k-th sample is kept, with k rounded to the nearest whole number.
 
         Returns
         -------
@@ -249,9 +249,9 @@ def lag_s(error: FloatArray, slope: FloatArray) -> float:
     Returns
     -------
     float
-        s; positive where the estimate is late, NaN where the reference does not move. To first
+        Lag, s; positive if the estimate is late, NaN if the reference does not move. To first
         order ``reference(t) - reference(t - lag) = lag * slope``, so it is the regression
-        coefficient of the error on the slope; a phase that is not that of a delay counts as one.
+        coefficient of the error on the slope. Other phase errors are included in it.
     """
     there = np.isfinite(error) & np.isfinite(slope)
     slope = slope[there] - slope[there].mean() if there.any() else slope[there]

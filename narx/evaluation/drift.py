@@ -13,7 +13,7 @@ from narx.types import FloatArray
 # smallest number of windows for a useful scatter: four degrees of freedom about a line
 _MIN_WINDOWS = 6
 _MIN_BLOCKS = 3
-# below this, scatter is rounding error
+# scatter below this is rounding error
 _NO_SCATTER_DEG = 1e-9
 
 
@@ -32,8 +32,8 @@ class DriftTest:
     p_value : float
         Two-sided p of no change.
     n_windows : int
-        Windows whose scatter gives the standard error; 2 if the recording is short, and the scatter
-        of the blocks within the first and the last window gives it.
+        Number of windows whose scatter gives the standard error; 2 for a short recording, where the
+        scatter of the blocks within the first and the last window is used.
     freedom : float
         Degrees of freedom of the t test.
     slope_deg_per_h : float
@@ -120,7 +120,7 @@ def drift_test(
     block_s : float
         Length of the blocks used as observations, s.
     quantity : {"rmse", "bias"}
-        Growth of the error's size, or a shift of its mean.
+        Test for growth of the error's size, or for a shift of its mean.
 
     Returns
     -------

@@ -51,8 +51,8 @@ def reliability(reference: FloatArray, estimate: FloatArray) -> Reliability | No
     Returns
     -------
     Reliability or None
-        None with fewer than five pairs, for which pingouin gives no answer, and where nothing
-        varies.
+        None with fewer than five pairs, for which pingouin gives no result, and if the values do
+        not vary.
 
     Notes
     -----
@@ -67,7 +67,7 @@ def reliability(reference: FloatArray, estimate: FloatArray) -> Reliability | No
     n = len(reference)
     if n < 5 or not np.ptp(np.concatenate([reference, estimate])):
         return None
-    import pingouin  # slow to import, needed for tables only
+    import pingouin  # slow to import, and needed only for tables
 
     ratings = pd.DataFrame(
         {
@@ -77,7 +77,9 @@ def reliability(reference: FloatArray, estimate: FloatArray) -> Reliability | No
         }
     )
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # pingouin's own use of pandas
+        warnings.simplefilter(
+            "ignore", DeprecationWarning
+        )  # warnings of pandas about its use by pingouin
         table = pingouin.intraclass_corr(ratings, "target", "instrument", "value")
     table = table.set_index("Type")
     # pingouin's names after McGraw and Wong (1996): A for absolute agreement, C for consistency

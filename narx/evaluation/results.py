@@ -19,7 +19,7 @@ COLUMNS = (*NAMES, "n_samples", *NUMBERS)
 
 
 def results_table(all_rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """Put rows into one table.
+    """Collect rows in one table.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ def read_results(path: str | os.PathLike[str]) -> pd.DataFrame:
     Parameters
     ----------
     path : path-like
-        File that `write_results` wrote.
+        File written by `write_results`.
 
     Returns
     -------
     pandas.DataFrame
-        Equal to what was written, to the last digit.
+        Equal to the written table to the last digit.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def read_results(path: str | os.PathLike[str]) -> pd.DataFrame:
         If the file is missing, is not such a table, or contains an invalid value.
     """
     try:
-        # names stay text: a subject "01" is not 1, and one called "NA" is not missing
+        # names are kept as text: subject "01" is not 1, and a subject named "NA" is not missing
         table = pd.read_csv(path, dtype=str, keep_default_na=False)
     except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise UserError(f"{path}: cannot be read as CSV: {' '.join(str(error).split())}") from error
@@ -85,7 +85,7 @@ def read_results(path: str | os.PathLike[str]) -> pd.DataFrame:
     _check(table["n_samples"].str.fullmatch(r"\d+"), table["n_samples"], path, "a count")
     for column in NUMBERS:
         text = table[column]
-        # Python's own parser: exact, unlike the fast one of pandas
+        # Python's own float parser is exact, unlike the fast one of pandas
         number = pd.Series([_number(value) for value in text], index=text.index, dtype="float64")
         limit = 1.0 if column == "r" else np.inf
         possible = (number.abs() <= limit) | (text == "")

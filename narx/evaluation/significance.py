@@ -41,7 +41,7 @@ def bootstrap_mean(
     Parameters
     ----------
     values : array_like, shape (n,)
-        One value per subject, any unit; NaN do not count.
+        One value per subject, any unit; NaN are left out.
     confidence : float
         Coverage of the interval.
     n_resamples : int
@@ -88,7 +88,7 @@ def bootstrap_mean(
 
 @dataclass(frozen=True)
 class PairedTest:
-    """Whether two methods differ on the same subjects.
+    """Test of the difference between two methods on the same subjects.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def paired_test(
     first, second : array_like, shape (n,)
         One value per subject, in the same order; pairs with a NaN are left out.
     n_resamples : int
-        Random exchanges where there are too many to try all, and bootstrap resamples.
+        Number of random exchanges if there are too many to enumerate, and of bootstrap resamples.
     seed : int
         Seed of the resampling.
 

@@ -43,7 +43,7 @@ def _standardised(error_rad: ArrayLike, std_rad: ArrayLike) -> tuple[FloatArray,
     error, std = error[valid], std[valid]
     if (std < 0).any():
         raise ValueError(f"a standard deviation is negative ({std.min():g})")
-    # a standard deviation of zero: without error inside every band, otherwise inside none
+    # with a standard deviation of zero, a zero error is inside every band, any other inside none
     ratio = np.where(error == 0, 0.0, np.inf)
     np.divide(np.abs(error), std, out=ratio, where=std > 0)
     return ratio, std

@@ -54,7 +54,7 @@ def waveform_test(
     n_subjects = len(difference)
     if n_subjects < 3 or not np.all(difference.std(axis=0) > 1e-9):
         return None
-    import spm1d  # slow to import, needed for tables only
+    import spm1d  # slow to import, and needed only for tables
 
     # paired by subject: one sample of differences against zero
     found = spm1d.stats.ttest(difference).inference(alpha, two_tailed=True)

@@ -21,7 +21,7 @@ class Workload:
     n_samples : dict of str to int
         Samples that each method has estimated.
     training_s : float
-        Time in training, data included, s.
+        Time in training including data loading, s.
     """
 
     methods_s: dict[str, float] = field(default_factory=dict)
@@ -33,7 +33,7 @@ class Workload:
 
     @contextmanager
     def of_method(self, name: str, n_samples: int) -> Iterator[None]:
-        """Count the time of the block as that of a method.
+        """Add the run time of the block to a method.
 
         Parameters
         ----------
@@ -88,7 +88,7 @@ def peak_memory_mib() -> float | None:
         Resident set in MiB; None where the system does not report it.
     """
     status = Path("/proc/self/status")
-    if status.exists():  # getrusage would give the parent's, where that had more when it forked
+    if status.exists():  # getrusage may return the parent's peak, if that was larger at the fork
         found = re.search(r"VmHWM:\s*(\d+) kB", status.read_text())
         return float(found[1]) / 2.0**10 if found else None
     if sys.platform == "win32":

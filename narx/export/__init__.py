@@ -1,4 +1,4 @@
-"""A network for places where this package is not installed: TorchScript, torch.export, ONNX, C."""
+"""Export of a network for use without this package: TorchScript, torch.export, ONNX, C."""
 
 from narx.export.identity import read_identity
 from narx.export.write import write

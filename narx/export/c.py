@@ -29,12 +29,12 @@ from narx.types import FloatArray
 
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC")
-# a number's suffix and a function's are the same letter in C
+# in C, numbers and functions of a type have the same suffix
 _SUFFIX = {"double": "", "float": "f"}
-# neurons whose weights differ by less than this share of the largest are one: what they differ by
-# cancels to first order when the first layer is averaged with the weights of the second
+# neurons whose weights differ by less than this share of the largest are merged: the difference
+# cancels to first order when the first layer is averaged with the weights of the second layer
 _SAME = 1e-3
-# range of the short series; beyond it the library's functions
+# range of the short series; the library's functions are used beyond it
 _SINE_LIMIT_RAD, _TANH_LIMIT = 1.2, 0.12
 
 
@@ -44,7 +44,7 @@ def build(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
     precision : {"double", "float"}
         Type of all numbers.
 
@@ -72,7 +72,7 @@ def build(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
 
 
 def stamped(sources: dict[str, str], name: str, identity: str) -> dict[str, str]:
-    """Give the sources their names and what they say of themselves.
+    """Insert the file names and the identity into the sources.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def stamped(sources: dict[str, str], name: str, identity: str) -> dict[str, str]
     name : str
         Name of the files, without suffix.
     identity : str
-        For the header (`narx.export.identity`).
+        Identity for the header (`narx.export.identity`).
 
     Returns
     -------
@@ -116,7 +116,7 @@ def compiler() -> str:
         if found:
             return found
     raise UserError(
-        f"format=c is compiled to check it, and there is no C compiler ({', '.join(COMPILERS)}); "
+        f"format=c is compiled for verification; no C compiler ({', '.join(COMPILERS)}) was found: "
         "install one, or write unchecked with verify=false"
     )
 
@@ -136,7 +136,8 @@ def run(
     axis_rates : ndarray, shape (B, N, 3)
         Gyroscope, rad/s, in the precision of the code.
     interval_s : ndarray, shape (B, N), or None
-        Times since the samples before, s; None for ``narx_step``, which knows none.
+        Times since the previous samples, s; None to use ``narx_step``, which assumes the nominal
+        interval.
     start : ndarray, shape (B, 3), or None
         Known start poses, rad.
 
@@ -159,7 +160,7 @@ def run(
     library.narx_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
     angles = np.empty_like(axis_rates)
     for sensor in range(len(axis_rates)):
-        # more than any state needs
+        # larger than any state
         state = ctypes.create_string_buffer(1 << 16)
         pose = None if start is None else np.ascontiguousarray(start[sensor], axis_rates.dtype)
         library.narx_start(state, None if pose is None else pose.ctypes.data)
@@ -259,18 +260,18 @@ def physical_weights(
     Parameters
     ----------
     checkpoint : Checkpoint
-        A trained network.
+        Trained network.
 
     Returns
     -------
     w1 : ndarray, shape (hidden, features)
-        For rates in rad/s and deviations in rad.
+        Weights for rates in rad/s and deviations in rad.
     b1 : ndarray, shape (hidden,)
         Biases.
     w2 : ndarray, shape (hidden,)
-        To a deviation in rad.
+        Weights for a deviation in rad.
     b2 : float
-        Its bias, rad.
+        Bias of the deviation, rad.
     """
     structure, scaled = checkpoint.model.structure, checkpoint.model.normalisation
     weights = checkpoint.model.weights.detach().numpy()
@@ -290,7 +291,7 @@ def physical_weights(
 def merged_neurons(
     w1: FloatArray, b1: FloatArray, w2: FloatArray, b2: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Make one neuron of those that are the same.
+    """Merge neurons with equal weights.
 
     Parameters
     ----------
@@ -300,7 +301,7 @@ def merged_neurons(
     Returns
     -------
     w1, b1, w2, b2 : ndarray and float
-        Of a network that answers the same.
+        Weights of an equivalent network.
     """
     layer = np.column_stack([w1, b1])
     groups: list[list[int]] = []

@@ -1,4 +1,4 @@
-"""What the C templates are filled with."""
+"""Values that are filled into the C templates."""
 
 import math
 
@@ -12,14 +12,14 @@ from narx.types import FloatArray
 
 
 def number(value: float, suffix: str) -> str:
-    """Write a number so that C reads the same one.
+    """Write a number so that C reads exactly the same value.
 
     Parameters
     ----------
     value : float
-        Finite.
+        Finite number.
     suffix : str
-        Of the type: empty for ``double``, ``f`` for ``float``.
+        Suffix of the type: empty for ``double``, ``f`` for ``float``.
 
     Returns
     -------
@@ -30,25 +30,25 @@ def number(value: float, suffix: str) -> str:
 
 
 def row(values: FloatArray, suffix: str) -> str:
-    """Write numbers one after another.
+    """Write a list of numbers.
 
     Parameters
     ----------
     values : ndarray, shape (N,)
-        Finite.
+        Finite numbers.
     suffix : str
         As for `number`.
 
     Returns
     -------
     str
-        With commas between.
+        The numbers, separated by commas.
     """
     return ", ".join(number(value, suffix) for value in values)
 
 
 def network_values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
-    """Weights of the network, which both templates hold.
+    """Weights of the network, used by both templates.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def network_values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
     }
 
 
-# single numbers of the tracker, by the template's names
+# scalars of the tracker, by their names in the template
 _NUMBERS = {
     "interval": kernel.INTERVAL,
     "leak": kernel.LEAK,
@@ -113,7 +113,7 @@ _NUMBERS = {
 
 
 def tracked_values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
-    """Everything that ``template_tracked`` needs beside names and types.
+    """All values of ``template_tracked`` other than names and types.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def tracked_values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        By the template's names.
+        Values by their names in the template.
     """
     tracker, model = checkpoint.tracker, checkpoint.model
     assert tracker is not None

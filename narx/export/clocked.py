@@ -1,11 +1,11 @@
-"""Samples with losses and jitter for the recurrence of an export, as the package takes them.
+"""Lost samples and jitter in the recurrence of an export, handled as in the package.
 
-`narx.kernels.clock` in torch operations: gaps of up to `narx.method.MAX_GAP_S` are filled along
-straight lines once the next sample is there, in longer ones the recurrence pauses, and samples that
-come at other times than the network's ticks are brought there by their intervals.
+`narx.kernels.clock` in torch operations: gaps of up to `narx.method.MAX_GAP_S` are interpolated
+linearly once the next sample has arrived, the recurrence pauses during longer ones, and samples
+between the network's ticks are interpolated to the ticks by their intervals.
 
-The state is the recurrence's, followed by six numbers: the latest sample (3), 1 once there was one,
-the time since it, and the time by which it came after its tick (s).
+The state is that of the recurrence, followed by six numbers: the latest sample (3), 1 once there
+was one, the time since it, and the time from its tick to the sample (s).
 """
 
 import torch
@@ -26,7 +26,7 @@ class ClockedRecurrence(nn.Module):
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
 
     Attributes
     ----------
@@ -53,14 +53,14 @@ class ClockedRecurrence(nn.Module):
         self.state_size = self.recurrence.state_size + _CLOCK
 
     def start(self, initial_angles: Tensor, known: Tensor) -> Tensor:
-        """Make the state before the first sample.
+        """Create the state before the first sample.
 
         Parameters
         ----------
         initial_angles : Tensor, shape (..., 3)
-            Start pose, rad; zero where it is not known.
+            Start pose, rad; zero if unknown.
         known : Tensor, shape (..., 1)
-            1 where the start pose is known, else 0.
+            1 if the start pose is known, otherwise 0.
 
         Returns
         -------
@@ -73,28 +73,28 @@ class ClockedRecurrence(nn.Module):
     def arrive(
         self, axis_rates: Tensor, interval_s: Tensor, state: Tensor
     ) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-        """Take a sample in, before the recurrence goes on.
+        """Register a sample, before the recurrence advances.
 
         Parameters
         ----------
         axis_rates : Tensor, shape (..., 3)
-            Gyroscope, rad/s; missing where not finite or beyond the limit.
+            Gyroscope, rad/s; a sample is missing if not finite or beyond the limit.
         interval_s : Tensor, shape (..., 1)
-            Time since the sample before, missing or not, s.
+            Time since the previous sample, missing or not, s.
         state : Tensor, shape (..., state_size)
             State.
 
         Returns
         -------
         there : Tensor, shape (..., 1)
-            1 where the sample is not missing, else 0.
+            1 if the sample is not missing, otherwise 0.
         ticks : Tensor, shape (..., 1)
-            How often the recurrence advances.
+            Number of ticks by which the recurrence advances.
         back : Tensor, shape (..., 1)
-            How far the newest tick lies before the sample, in shares of the time since the
-            sample before.
+            Time from the newest tick to the sample, as a fraction of the time since the
+            previous sample.
         apart : Tensor, shape (..., 1)
-            How far two ticks are apart, in the same shares.
+            Time between two ticks, as a fraction of the same time.
         clock : Tensor, shape (..., 6)
             The clock's state afterwards.
         """
@@ -112,7 +112,7 @@ class ClockedRecurrence(nn.Module):
         rest = torch.where(paused, torch.zeros_like(rest), rest)
         due = torch.where(paused, torch.ones_like(due), due)
         share = 1.0 / torch.where(paused | ~there, torch.ones_like(since), since)
-        # after a pause the sample is taken as it is
+        # after a pause there is nothing to interpolate from: the sample is used unchanged
         share = torch.where(paused, torch.zeros_like(share), share)
         flag = there.to(state.dtype)
         after = torch.cat(
@@ -135,18 +135,18 @@ class ClockedRecurrence(nn.Module):
         axis_rates: Tensor,
         state: Tensor,
     ) -> Tensor:
-        """Advance the recurrence by one of the ticks that are due.
+        """Advance the recurrence by one of the due ticks.
 
         Parameters
         ----------
         number : Tensor, shape ()
-            Which one, from 1.
+            Number of the tick, from 1.
         ticks, back, apart : Tensor, shape (..., 1)
-            From `arrive`; batch rows with fewer ticks stay as they are.
+            From `arrive`; batch rows with fewer ticks are unchanged.
         axis_rates : Tensor, shape (..., 3)
             The sample, rad/s.
         state : Tensor, shape (..., state_size)
-            State; its clock as it was before the sample.
+            State, with its clock as before the sample.
 
         Returns
         -------
@@ -163,21 +163,21 @@ class ClockedRecurrence(nn.Module):
         return torch.cat([torch.where(due, advanced, state[..., :size]), clock], dim=-1)
 
     def depart(self, there: Tensor, clock: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """Give the angles at the sample, after the recurrence went on.
+        """Compute the angles at the sample, after the recurrence has advanced.
 
         Parameters
         ----------
         there, clock : Tensor
             From `arrive`.
         state : Tensor, shape (..., state_size)
-            From the last `tick`.
+            State from the last `tick`.
 
         Returns
         -------
         angles : Tensor, shape (..., 3)
-            rad; NaN where the sample is missing.
+            Angles, rad; NaN where the sample is missing.
         state : Tensor, shape (..., state_size)
-            For the next sample.
+            State for the next sample.
         """
         at_tick = state[..., 0:3]
         angles = at_tick + clock[..., 5:6] * coupled_rates(clock[..., 0:3], at_tick)

@@ -22,7 +22,7 @@ class SequenceGraph(nn.Module):
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
     """
 
     def __init__(self, checkpoint: Checkpoint) -> None:
@@ -40,21 +40,21 @@ class SequenceGraph(nn.Module):
             Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s; NaN
             where missing.
         interval_s : Tensor, shape (B, N)
-            Time since the sample before, missing or not, s.
+            Time since the previous sample, missing or not, s.
         state : Tensor, shape (B, state_size)
-            The state to start from, or of the call before.
+            Initial state, or that of the previous call.
 
         Returns
         -------
         angles : Tensor, shape (B, N, 3)
             Sagittal, frontal and transverse angle, rad; NaN where the sample is missing.
         new_state : Tensor, shape (B, state_size)
-            For the next call.
+            State for the next call.
         """
         clocked = self.clocked
 
         def sample(state: Tensor, arriving: Tensor) -> tuple[Tensor, Tensor]:
-            # the operators of higher order want no two of their inputs in one memory
+            # the higher-order operators require inputs that do not share memory
             rates = arriving[..., :3].clone()
             there, ticks, back, apart, clock = clocked.arrive(rates, arriving[..., 3:], state)
 
@@ -74,7 +74,7 @@ class SequenceGraph(nn.Module):
         return angles.transpose(0, 1), state
 
     def example(self, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
-        """Make inputs to trace the graph with.
+        """Create example inputs for tracing the graph.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class SequenceGraph(nn.Module):
         Returns
         -------
         axis_rates, interval_s, state : Tensor
-            Of three samples of two sensors.
+            Inputs of three samples of two sensors.
         """
         start = self.clocked.start(torch.zeros(2, 3, dtype=dtype), torch.zeros(2, 1, dtype=dtype))
         interval_s = self.clocked.interval_s.expand(2, 3).clone()
@@ -97,15 +97,15 @@ def program(checkpoint: Checkpoint, dtype: torch.dtype) -> torch.export.Exported
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
     dtype : torch.dtype
         Type of all numbers.
 
     Returns
     -------
     torch.export.ExportedProgram
-        As `SequenceGraph`, or `narx.export.tracked.TrackedStep` of a network with a tracker;
-        without a word on where its source lies.
+        Graph of `SequenceGraph`, or of `narx.export.tracked.TrackedStep` for a network with a
+        tracker; without the paths of its sources.
     """
     if checkpoint.tracker is not None:
         narx = ExportedTracked(checkpoint)

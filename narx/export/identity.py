@@ -1,4 +1,4 @@
-"""What an exported file says of itself, and how it is read back."""
+"""Identity of an exported file: its description in the file, and how it is read back."""
 
 import json
 import math
@@ -17,7 +17,7 @@ from narx.inference.checkpoint import Checkpoint
 from narx.method import RATE_LIMIT_RAD_S, longest_gap_s
 
 PACKAGE_NAME = "narx-orientation"
-# of C, in the header
+# pattern of the identity in a C header
 _DEFINITION = re.compile(r'^#define NARX_IDENTITY ("(?:[^"\\]|\\.)*")$', re.MULTILINE)
 _NOTHING: tuple[None, None, None] = (None, None, None)
 
@@ -28,7 +28,7 @@ def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict
     Parameters
     ----------
     checkpoint : Checkpoint
-        What it carries.
+        Network that is exported.
     export_format : str
         Its format.
     precision : {"double", "float"}
@@ -37,7 +37,7 @@ def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict
     Returns
     -------
     dict
-        Plain numbers, strings, lists and dictionaries; None where something is not known.
+        Plain numbers, strings, lists and dictionaries; unknown values are None.
     """
     rate_hz = float(checkpoint.model.sampling_rate_hz)
     return {
@@ -68,7 +68,7 @@ def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict
 def _start_up_state(checkpoint: Checkpoint) -> dict[str, Any]:
     clocked = ClockedRecurrence(checkpoint)
     start = clocked.start(torch.zeros(3), torch.zeros(1))
-    # where it differs from a known one
+    # given only if it differs from that for a known start pose
     known = clocked.start(torch.tensor([1.0, 2.0, 3.0]), torch.tensor([4.0])).tolist()
     return {
         "inputs": "axis rates",
@@ -98,12 +98,12 @@ def _known(stds: tuple[float, ...] | None) -> list[float | None]:
 
 
 def read_identity(path: str | Path) -> dict[str, Any]:
-    """Read what an exported file says of itself.
+    """Read the identity of an exported file.
 
     Parameters
     ----------
     path : path-like
-        Any file that `narx.export.write` made; of C the source or the header.
+        Any file written by `narx.export.write`; for C the source or the header.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def read_identity(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     UserError
-        If the file is not there or no export.
+        If the file does not exist or is not an export.
     """
     file = Path(path)
     if not file.is_file():
@@ -122,7 +122,7 @@ def read_identity(path: str | Path) -> dict[str, Any]:
         text = _text_of(file)
         content = json.loads(text)
     except (ValueError, KeyError, OSError, StopIteration, zipfile.BadZipFile) as error:
-        raise UserError(f"export: '{path}' is no file that narx.export.write made") from error
+        raise UserError(f"export: '{path}' was not written by narx.export.write") from error
     if not isinstance(content, dict) or content.get("package") != PACKAGE_NAME:
         raise UserError(f"export: '{path}' is the export of another program")
     return content

@@ -1,4 +1,4 @@
-"""ONNX: the sequence graph for onnxruntime and its like."""
+"""ONNX: the sequence graph for onnxruntime and similar runtimes."""
 
 import importlib.util
 import logging
@@ -20,7 +20,7 @@ _LIBRARIES = ("onnx", "onnxscript", "onnxruntime")
 
 
 def check_libraries() -> None:
-    """Refuse to go on without the libraries.
+    """Check that the required libraries are installed.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
     dtype : torch.dtype
         Type of all numbers.
 
@@ -56,11 +56,11 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
         If a library is not installed.
     """
     check_libraries()
-    # operators of packages that are not there do not matter here
+    # warnings about operators of packages that are not installed do not matter here
     for name in ("_registration", "_core"):
         logging.getLogger(f"torch.onnx._internal.exporter.{name}").setLevel(logging.ERROR)
     with torch.no_grad(), warnings.catch_warnings():
-        # torch's exporter uses what torch itself deprecates
+        # torch's exporter uses functions that torch itself deprecates
         warnings.simplefilter("ignore")
         translated = torch.onnx.export(
             program(checkpoint, dtype),
@@ -78,19 +78,19 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
 
 
 def stamped(data: bytes, identity: str) -> bytes:
-    """Put an identity into the metadata.
+    """Write the identity into the metadata.
 
     Parameters
     ----------
     data : bytes
         From `build`.
     identity : str
-        What the file says of itself, under the key ``narx``.
+        Identity, stored under the key ``narx``.
 
     Returns
     -------
     bytes
-        The same graph.
+        File with the same graph.
     """
     import onnx
 
@@ -100,7 +100,7 @@ def stamped(data: bytes, identity: str) -> bytes:
 
 
 def _strip(model: Any) -> None:
-    """Leave out what the exporter notes about its sources."""
+    """Remove the exporter's notes about its sources."""
     import onnx_ir
 
     model.metadata_props.clear()
@@ -134,7 +134,7 @@ def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> T
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
-    options.log_severity_level = 3  # it warns of constants that the exporter left over
+    options.log_severity_level = 3  # onnxruntime warns about unused constants left by the exporter
     session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
     feed = dict(zip(INPUTS, (axis_rates.numpy(), interval_s.numpy(), state.numpy()), strict=True))
     angles: np.ndarray = session.run(["angles"], feed)[0]
@@ -142,7 +142,7 @@ def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> T
 
 
 def read_metadata(path: Path) -> str:
-    """Read what `build` put into the metadata.
+    """Read the identity from the metadata.
 
     Parameters
     ----------
@@ -159,15 +159,15 @@ def read_metadata(path: Path) -> str:
     UserError
         If a library is not installed.
     ValueError
-        If the file is no ONNX model.
+        If the file is not an ONNX model.
     KeyError
-        If it holds no such metadata.
+        If it has no such metadata.
     """
     check_libraries()
     import onnx
 
     try:
         model = onnx.load(str(path), load_external_data=False)
-    except Exception as error:  # protobuf's errors are classes of their own
-        raise ValueError("no ONNX model") from error
+    except Exception as error:  # protobuf raises its own error classes
+        raise ValueError("not an ONNX model") from error
     return {entry.key: entry.value for entry in model.metadata_props}[IDENTITY_KEY]

@@ -1,9 +1,9 @@
-"""The method's equations in torch operations alone, so that they run where this package is not.
+"""The method's equations in torch operations only, so that they run without this package.
 
 Start-up, hand-over, network and washout of `narx.inference.recursion.NarxRecursion`, as one step of
-a packed state, for any batch of sensors. Every export but C is made from this module, and all are
-compared with the package (`narx.export.verification`). Losses and time are not its concern
-(`narx.export.clocked`).
+a packed state, for any batch of sensors. Every export except C is built from this module, and all
+are compared with the package (`narx.export.verification`). Lost samples and timing are handled in
+`narx.export.clocked`.
 
 The state is a vector:
 
@@ -12,20 +12,20 @@ indices  content
 ======== ==================================================================
 0-2      angles, rad
 3-5      latest rates of the angles in the start-up, rad/s
-6-8      weighted sum of angles, from which the posture comes, rad
+6-8      weighted sum of angles, for the posture, rad
 9        sum of those weights
 10       samples since the start
 11       samples in movement: the network takes over once there are enough
 12       mean square of the rates over the latest second, rad^2/s^2
-13       1 where the start pose is known, else 0
+13       1 if the start pose is known, otherwise 0
 14-16    posture: angle about which the network swings, rad
-17-19    slow mean of the network's deviation from it, which is taken off, rad
+17-19    slow mean of the network's deviation from it, which is subtracted, rad
 20-      the network's past inputs and outputs, normalised, axis by axis
 ======== ==================================================================
 
-Indices 3 to 16 stay as they are once the network works. The network's part follows along during
-the start-up, so handing over is nothing but going on with the other equations. Samples are
-counted, because a time that is added up loses digits in float32.
+Indices 3 to 16 no longer change once the network has taken over. The network's part is updated
+during the start-up as well, so the hand-over only switches the equations. Samples are counted,
+because an accumulated time loses digits in float32.
 """
 
 import math
@@ -50,14 +50,14 @@ def samples_in_movement(start_up: StartUp, interval_s: float) -> int:
     Parameters
     ----------
     start_up : StartUp
-        How it starts.
+        Settings of the start-up.
     interval_s : float
         Sampling interval, s.
 
     Returns
     -------
     int
-        As the package adds time up, so that rounding in float32 cannot move the hand-over.
+        Counted in the package's arithmetic, so that rounding in float32 cannot shift the hand-over.
     """
     enough = math.ceil(max(start_up.duration_s, 0.0) / interval_s) + 2
     moving_s = np.cumsum([0.0] + [interval_s] * enough)
@@ -65,12 +65,12 @@ def samples_in_movement(start_up: StartUp, interval_s: float) -> int:
 
 
 def refuse_own_scaling(checkpoint: Checkpoint) -> None:
-    """Refuse a network that looks at the whole recording before its first sample.
+    """Refuse a network that needs the whole recording before its first sample.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-        What is to be exported.
+        Network to export.
 
     Raises
     ------
@@ -90,7 +90,7 @@ class Recurrence(nn.Module):
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class Recurrence(nn.Module):
         interval_s = 1.0 / model.sampling_rate_hz
         self.cell = model.cell()
         self.coupled = model.coupled
-        # as tensors, since graph formats round plain numbers to float32
+        # tensors, since graph formats round plain numbers to float32
         for name, value in (
             ("interval_s", interval_s),
             ("leak_rad_s", start_up.leak_rad_s),
@@ -142,7 +142,7 @@ class Recurrence(nn.Module):
         self.state_size = _NETWORK + 3 * model.structure.n_state
 
     def rates_of_angles(self, axis_rates: Tensor, angles: Tensor) -> Tensor:
-        """Turn the gyroscope's rates into those of the angles, if the network does.
+        """Convert the gyroscope's rates to those of the angles if the network is coupled.
 
         Parameters
         ----------
@@ -154,27 +154,27 @@ class Recurrence(nn.Module):
         Returns
         -------
         Tensor, shape (..., 3)
-            rad/s.
+            Rates, rad/s.
         """
         if self.coupled:
             return coupled_rates(axis_rates, angles)
         return axis_rates
 
     def start(self, initial_angles: Tensor, known: Tensor) -> Tensor:
-        """Make the state before the first sample.
+        """Create the state before the first sample.
 
         Parameters
         ----------
         initial_angles : Tensor, shape (..., 3)
-            Start pose, rad; zero where it is not known. Without a start-up the network starts
-            from zero either way, as in the package.
+            Start pose, rad; zero if unknown. Without a start-up, the network starts from zero in
+            both cases, as in the package.
         known : Tensor, shape (..., 1)
-            1 where the start pose is known, else 0.
+            1 if the start pose is known, otherwise 0.
 
         Returns
         -------
         Tensor, shape (..., state_size)
-            For `advance`.
+            State for `advance`.
         """
         zero = [torch.zeros_like(known)]
         return torch.cat([initial_angles] + zero * 10 + [known] + zero * (self.state_size - 14), -1)
@@ -187,15 +187,15 @@ class Recurrence(nn.Module):
         axis_rates : Tensor, shape (..., 3)
             Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s, finite.
         state : Tensor, shape (..., state_size)
-            From `start` or the sample before; not changed.
+            From `start` or the previous sample; not changed.
 
         Returns
         -------
         Tensor, shape (..., state_size)
-            For the next sample; its first three elements are the angles.
+            State for the next sample; its first three elements are the angles.
         """
         starting = state[..., 11:12] < self.moving_samples
-        if torch.jit.is_scripting():  # a graph without a branch has no such short cut
+        if torch.jit.is_scripting():  # a shortcut that a graph without branches cannot take
             if bool(starting.all()):
                 return self._start_up_step(axis_rates, state)
             if not bool(starting.any()):
@@ -208,7 +208,7 @@ class Recurrence(nn.Module):
         latest, latest_rates, known = state[..., 0:3], state[..., 3:6], state[..., 13:14]
         rates = self.rates_of_angles(axis_rates, latest + self.interval_s * latest_rates)
         samples = state[..., 10:11] + 1.0
-        # summed in the package's order: movement counts or not by the last digit
+        # summed in the package's order: the last digit can decide whether a sample is in movement
         square = axis_rates[..., 0:1] ** 2 + axis_rates[..., 1:2] ** 2 + axis_rates[..., 2:3] ** 2
         mean_square = state[..., 12:13] + (square - state[..., 12:13]) * self.movement_gain
         in_movement = (mean_square > self.movement_square).to(state.dtype)

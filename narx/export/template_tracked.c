@@ -259,7 +259,7 @@ static void after_gap(narx_state *s)
 static void estimate(narx_state *s, const narx_real inputs[NARX_INPUTS])
 {
     const narx_real decay = s->known ? 1 : CENTRE_DECAY;
-    narx_real own[3], carried[3], change[5][N], unrest = 0, rates = 0, means = 0, cos_f, turn;
+    narx_real own[3], carried[3], change[5][N], scatter = 0, rates = 0, means = 0, cos_f, turn;
     narx_real leak, coupling, noise;
     int axis, k;
     if (s->missing_s > 0)
@@ -269,10 +269,10 @@ static void estimate(narx_state *s, const narx_real inputs[NARX_INPUTS])
         own[axis] = inputs[axis] - s->x[BIAS + axis];
         rates += square(own[axis]);
         s->mean_rate[axis] += REST_GAIN * away;
-        unrest += square(away);
+        scatter += square(away);
         means += square(s->mean_rate[axis]);
     }
-    s->unrest += REST_GAIN * (unrest - s->unrest);
+    s->scatter += REST_GAIN * (scatter - s->scatter);
     s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
                     s->covariance[CENTRE + 1][CENTRE + 1] < KNOWN_ENOUGH;
     turn = advance(s, own, &cos_f);
@@ -323,7 +323,7 @@ static void estimate(narx_state *s, const narx_real inputs[NARX_INPUTS])
         s->covariance[CENTRE + axis][CENTRE + axis] += noise;
     for (k = VELOCITY; k < N; k++)
         s->covariance[k][k] += VELOCITY_NOISE;
-    if (s->unrest < REST_LEAST && means < MOST_BIAS_SQUARE)
+    if (s->scatter < REST_LEAST && means < MOST_BIAS_SQUARE)
         for (axis = 0; axis < 3; axis++)
             measure_state(s, BIAS + axis, REST_VARIANCE, s->mean_rate[axis] - s->x[BIAS + axis]);
     s->since_s += INTERVAL_S;
@@ -370,7 +370,7 @@ void narx_start(narx_state *state, const narx_real *initial_angles)
             for (k = 0; k < NARX_PAST_ANGLES; k++)
                 state->past[i][k] = initial_angles[i];
         }
-    state->unrest = 1;
+    state->scatter = 1;
     state->idle_s = IDLE_MOST_S;
 }
 

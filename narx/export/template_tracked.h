@@ -35,7 +35,7 @@ typedef struct {
     narx_real turn;                               /* turn rate, averaged over half a second */
     narx_real swing, high, low, span;             /* of the leg, and its turning points */
     narx_real since_s, idle_s, period_s;          /* since a turning point, a swing; of the last */
-    narx_real trust, unrest, missing_s, samples;
+    narx_real trust, scatter, missing_s, samples;
     narx_real sum_angles[3], sum_turn, before[2]; /* over the swing under way, at its start */
     narx_real odd[3], mean_rate[3];
     narx_real rates[3][NARX_PAST_RATES];          /* of the angles, newest first */

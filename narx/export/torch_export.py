@@ -1,4 +1,4 @@
-"""torch.export: the sequence graph for AOTInductor, ExecuTorch and their like."""
+"""torch.export: the sequence graph for AOTInductor, ExecuTorch and similar runtimes."""
 
 import io
 
@@ -16,7 +16,7 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
     dtype : torch.dtype
         Type of all numbers.
 

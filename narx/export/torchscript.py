@@ -1,4 +1,4 @@
-"""TorchScript: one file that any process with torch loads, in Python or C++."""
+"""TorchScript: one file for any process with torch, in Python or C++."""
 
 import io
 import warnings
@@ -24,7 +24,7 @@ class ScriptedNarx(nn.Module):
     Attributes
     ----------
     sampling_rate_hz : float
-        Rate of the network, at which samples come where no intervals are given.
+        Sampling rate of the network, assumed for samples if no intervals are given.
     start_up_s : float
         Time in movement before the network takes over, s.
     state_size : int
@@ -40,19 +40,19 @@ class ScriptedNarx(nn.Module):
 
     @torch.jit.export
     def start(self, initial_angles: Tensor | None = None, batch: list[int] | None = None) -> Tensor:
-        """Make the state before the first sample, on the device of the module.
+        """Create the state before the first sample, on the device of the module.
 
         Parameters
         ----------
         initial_angles : Tensor, shape (..., 3), optional
-            Known start pose, rad; standing upright is zero. None where it is unknown.
+            Known start pose, rad; standing upright is zero. None if it is unknown.
         batch : list of int, optional
-            Leading dimensions of the state; those of the start pose if not given.
+            Leading dimensions of the state; by default those of the start pose.
 
         Returns
         -------
         Tensor, shape (..., state_size)
-            For `step`.
+            State for `step`.
         """
         like = self.clocked.interval_s
         lead: list[int] = []
@@ -79,16 +79,16 @@ class ScriptedNarx(nn.Module):
             Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s; NaN
             where missing.
         state : Tensor, shape (..., state_size)
-            From `start` or the sample before; not changed.
+            From `start` or the previous sample; not changed.
         interval_s : Tensor, shape (...), optional
-            Time since the sample before, missing or not, s; that of the network if not given.
+            Time since the previous sample, missing or not, s; by default the network's interval.
 
         Returns
         -------
         angles : Tensor, shape (..., 3)
             Sagittal, frontal and transverse angle, rad; NaN where the sample is missing.
         state : Tensor, shape (..., state_size)
-            For the next sample.
+            State for the next sample.
         """
         rates = axis_rates.to(state.dtype)
         intervals = torch.zeros_like(state[..., 0:1]) + self.clocked.interval_s
@@ -150,7 +150,7 @@ def build(module: nn.Module, dtype: torch.dtype) -> bytes:
     """
     buffer = io.BytesIO()
     with warnings.catch_warnings():
-        # newer torch would rather have torch.export
+        # newer releases of torch recommend torch.export
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
         script = torch.jit.script(module.to(dtype).eval())
         torch.jit.save(script, buffer, _extra_files={IDENTITY_FILE: ""})
@@ -158,19 +158,20 @@ def build(module: nn.Module, dtype: torch.dtype) -> bytes:
 
 
 def stamped(data: bytes, identity: str) -> bytes:
-    """Put another identity into a file of torch's, and leave out where its code came from.
+    """Write the identity into a file saved by torch, and remove the paths of its sources.
 
     Parameters
     ----------
     data : bytes
         From ``torch.jit.save`` or ``torch.export.save``.
     identity : str
-        What the file says of itself.
+        Identity of the export.
 
     Returns
     -------
     bytes
-        The same program; the same bytes for the same one, since the records bear no date.
+        File with the same program. Its records have no date, so that the same program always gives
+        the same bytes.
     """
     changed = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(changed, "w") as other:
@@ -194,7 +195,7 @@ def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, start: Tensor | Non
     axis_rates : Tensor, shape (B, N, 3)
         Gyroscope, rad/s.
     interval_s : Tensor, shape (B, N)
-        Times since the samples before, s.
+        Times since the previous samples, s.
     start : Tensor, shape (B, 3), or None
         Known start poses, rad.
 

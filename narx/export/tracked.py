@@ -1,9 +1,9 @@
-"""A network with its tracker in torch operations alone, without a branch.
+"""A network with its tracker in torch operations only, without branches.
 
-The step of `narx.kernels.tracker`, of which this is the other form: scriptable, traceable as a
-graph, and compared with it by a test. The state is a float64 vector of the estimate, its
-covariance, the scalars beside it, the latest rates of the angles (sagittal, frontal, transverse,
-newest first each) and the latest angles, in the order of `narx.inference.tracker.Tracking.packed`.
+The step of `narx.kernels.tracker` in a form that can be scripted and traced as a graph; a test
+compares the two. The state is a float64 vector of the estimate, its covariance, the scalars of the
+filter, the latest rates of the angles (sagittal, frontal, transverse, each with the newest first)
+and the latest angles, in the order of `narx.inference.tracker.Tracking.packed`.
 """
 
 import math
@@ -46,7 +46,7 @@ class TrackedStep(nn.Module):
         self.n_past = structure.input_lags - 1
         self.n_rates = max(self.n_past, 1)
         self.n_outputs = structure.output_lags
-        # scripts take numbers from the module alone
+        # scripts can only use numbers that are attributes of the module
         self.smallest_cos_frontal = COS_FRONTAL_MIN
         self.most_bias_square = kernel.MOST_BIAS_RAD_S**2
         self.shortest_swing_s = kernel.SHORTEST_SWING_S
@@ -59,7 +59,7 @@ class TrackedStep(nn.Module):
         self, x: Tensor, covariance: Tensor, direction: Tensor, variance: Tensor, residual: Tensor,
         applies: Tensor,
     ) -> tuple[Tensor, Tensor]:  # fmt: skip
-        """Kalman update by one number, where it applies (0 or 1)."""
+        """Kalman update by one scalar measurement; `applies` (0 or 1) switches it."""
         spread = direction @ covariance
         gain = applies * spread / (variance + spread @ direction)
         return x + gain * residual, covariance - torch.outer(gain, spread)
@@ -90,14 +90,14 @@ class TrackedStep(nn.Module):
             Gyroscope about the sagittal, frontal and transverse axis, rad/s; then the specific
             force, m/s^2.
         state : Tensor
-            Packed; not changed.
+            Packed state; not changed.
 
         Returns
         -------
         angles : Tensor, shape (3,)
-            rad; NaN where the sample is missing.
+            Angles, rad; NaN where the sample is missing.
         state : Tensor
-            For the next sample; where the sample is missing, only its clock goes on.
+            State for the next sample; for a missing sample, only its clock has advanced.
         """
         p, n = self.p, self.n
         given = inputs.to(torch.float64)
@@ -132,8 +132,8 @@ class TrackedStep(nn.Module):
         square = own[0] ** 2 + own[1] ** 2 + own[2] ** 2
         away = given[:3] - s[kernel.MEAN_RATE : kernel.MEAN_RATE + 3]
         mean_rate = s[kernel.MEAN_RATE : kernel.MEAN_RATE + 3] + p[kernel.REST_GAIN] * away
-        unrest = away[0] ** 2 + away[1] ** 2 + away[2] ** 2
-        unrest = s[kernel.UNREST] + p[kernel.REST_GAIN] * (unrest - s[kernel.UNREST])
+        scatter = away[0] ** 2 + away[1] ** 2 + away[2] ** 2
+        scatter = s[kernel.SCATTER] + p[kernel.REST_GAIN] * (scatter - s[kernel.SCATTER])
         known_to = torch.maximum(covariance[3, 3], covariance[4, 4])
         works = (idle < p[kernel.IDLE_MOST]) & (known_to < p[kernel.KNOWN_ENOUGH])
 
@@ -206,7 +206,7 @@ class TrackedStep(nn.Module):
         covariance = covariance + torch.diag(diagonal)
 
         mean_square = mean_rate[0] ** 2 + mean_rate[1] ** 2 + mean_rate[2] ** 2
-        rests = (unrest < p[kernel.REST_LEAST]) & (mean_square < self.most_bias_square)
+        rests = (scatter < p[kernel.REST_LEAST]) & (mean_square < self.most_bias_square)
         for axis in range(3):
             at = kernel.BIAS + axis
             x, covariance = self._measured(
@@ -278,7 +278,7 @@ class TrackedStep(nn.Module):
         past = torch.cat([x[:3].unsqueeze(-1), past[:, : self.n_outputs - 1] + correction], dim=-1)
         scalars = torch.stack(
             [
-                mean_turn, swing, high, low, span, rising, since, idle, period, trust, unrest,
+                mean_turn, swing, high, low, span, rising, since, idle, period, trust, scatter,
                 zero, samples, sums[0], sums[1], sums[2], sum_turn, before[0], before[1],
                 odds[0], odds[1], odds[2], mean_rate[0], mean_rate[1], mean_rate[2],
                 s[kernel.KNOWN],
@@ -302,12 +302,12 @@ class ExportedTracked(nn.Module):
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry; it has a tracker.
+        Network with a tracker.
 
     Attributes
     ----------
     sampling_rate_hz : float
-        Rate at which samples must come.
+        Required sampling rate.
     state_size : int
         Length of the state.
     n_inputs : int
@@ -332,17 +332,17 @@ class ExportedTracked(nn.Module):
 
     @torch.jit.export
     def start(self, initial_angles: Tensor | None = None) -> Tensor:
-        """Make the state before the first sample.
+        """Create the state before the first sample.
 
         Parameters
         ----------
         initial_angles : Tensor, shape (3,), optional
-            Known start pose, rad; standing upright is zero. None where it is unknown.
+            Known start pose, rad; standing upright is zero. None if it is unknown.
 
         Returns
         -------
         Tensor, shape (state_size,)
-            For `step`.
+            State for `step`.
         """
         if initial_angles is None:
             return self.unknown_start.clone()

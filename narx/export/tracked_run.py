@@ -1,4 +1,4 @@
-"""Runs the files of a network with a tracker, a step at a time, to compare them."""
+"""Run the exported files of a network with a tracker step by step, for verification."""
 
 import io
 import warnings
@@ -24,13 +24,13 @@ def run_tracked(
     Parameters
     ----------
     checkpoint : Checkpoint
-        What it carries; gives the state to start from.
+        The exported network, which gives the initial state.
     export_format : {"torchscript", "torch_export", "onnx"}
         Format of the file.
     data : bytes
         Content of the file.
     inputs : ndarray, shape (B, N, 3 or 6)
-        As the step takes them.
+        Inputs of the step.
     start : ndarray, shape (B, 3), or None
         Known start poses, rad.
 

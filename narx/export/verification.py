@@ -1,4 +1,4 @@
-"""An export against the package, before its file appears."""
+"""Compare an export with the package before its file is written."""
 
 from collections.abc import Callable
 
@@ -11,9 +11,9 @@ from narx.method import SegmentSignals
 from narx.types import FloatArray
 
 TOLERANCE_RAD = {"double": 1e-9, "float": 1e-4}
-# its covariances take the digits of float, and a swing counts or not by the last of them
+# with the digits of float in its covariances, the last digit can decide whether a swing is used
 TRACKED_TOLERANCE_RAD = {"double": 1e-8, "float": 1e-2}
-# what follows the start-up, s; and how many samples at most
+# time simulated after the start-up, s, and the largest number of samples
 _AFTER_S, _MOST_SAMPLES = 8.0, 20_000
 _LOST = 0.02
 _STARTS = np.array([[0.0, 0.0, 0.0], [0.3, -0.1, 0.2]])
@@ -23,20 +23,20 @@ Runner = Callable[[FloatArray, FloatArray, FloatArray | None], FloatArray]
 
 
 def signals(checkpoint: Checkpoint) -> tuple[FloatArray, FloatArray]:
-    """Make what exports are tried on.
+    """Create the signals for verification.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-        Gives sampling rate and length of the start-up.
+        Gives the sampling rate and the length of the start-up.
 
     Returns
     -------
     axis_rates : ndarray, shape (2, N, 3)
-        A walk after a second of standing, and noise; 2 % of the samples lost, in gaps of one to
-        a dozen, one beyond the limit.
+        A walk after one second of standing, and noise; 2 % of the samples are lost in gaps of one
+        to a dozen samples, and one sample is beyond the limit.
     interval_s : ndarray, shape (2, N)
-        Of the walk regular, of the noise with jitter.
+        Regular for the walk, with jitter for the noise.
     """
     rng = np.random.default_rng(0)
     rate_hz = checkpoint.model.sampling_rate_hz
@@ -63,17 +63,17 @@ def largest_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> 
     Parameters
     ----------
     checkpoint : Checkpoint
-        What it carries.
+        The exported network.
     run : callable
         Runs the export.
     dtype : type
-        Of its numbers; both are given the same.
+        Type of its numbers; both are given the same inputs.
 
     Returns
     -------
     float
-        Largest difference of an angle, rad, over `signals` from an unknown and a known start;
-        NaN where one has an angle and the other has none.
+        Largest difference of an angle, rad, over `signals` from an unknown and a known start; NaN
+        if an angle is missing in only one of the two.
     """
     axis_rates: FloatArray
     interval_s: FloatArray
@@ -97,16 +97,16 @@ def largest_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> 
 
 
 def tracked_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> float:
-    """Compare an export with a tracker, which knows one sampling rate, with the package.
+    """Compare an export with a tracker, which has a fixed sampling rate, with the package.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-        What it carries.
+        The exported network.
     run : callable
-        Runs the export; the intervals do not count.
+        Runs the export; the intervals are ignored.
     dtype : type
-        Of its numbers.
+        Type of its numbers.
 
     Returns
     -------
@@ -138,16 +138,16 @@ def tracked_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> 
 
 
 def refuse_above_tolerance(difference_rad: float, tolerance_rad: float, export_format: str) -> None:
-    """Refuse an export that is not the package's method.
+    """Refuse an export that differs from the package.
 
     Parameters
     ----------
     difference_rad : float
         From `largest_difference_rad`.
     tolerance_rad : float
-        How large it may be.
+        Largest difference allowed.
     export_format : str
-        For the message.
+        Format, for the message.
 
     Raises
     ------

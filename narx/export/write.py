@@ -1,4 +1,4 @@
-"""One way to write a network in any format, and never a file that is not right."""
+"""Write a network in any export format; only verified files appear."""
 
 import json
 import os
@@ -46,31 +46,31 @@ def write(
 ) -> dict[str, Any]:
     """Write a network for use where this package is not installed.
 
-    The export is run against the package (`narx.export.verification`) before its file appears.
+    The export is compared with the package (`narx.export.verification`) before its file appears.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry.
+        Network to export.
     path : path-like
-        Where to; ``*.pt2`` for ``torch_export``, ``*.c`` for ``c``, which writes a header beside.
+        Output file; ``*.pt2`` for ``torch_export``, ``*.c`` for ``c``, which also writes a header.
     format : {"torchscript", "torch_export", "onnx", "c"}
         See docs/export.md.
     precision : {"double", "float"}, optional
-        Type of all numbers; by default float in C without a tracker, double elsewhere.
+        Type of all numbers; by default float for C without a tracker, otherwise double.
     verify : bool
-        Whether to run it; without, the file says that it was not verified.
+        Whether to verify the export; if not, its identity states that it was not verified.
 
     Returns
     -------
     dict
-        What the file says of itself, as `narx.export.read_identity` gives it back.
+        Identity of the file, as returned by `narx.export.read_identity`.
 
     Raises
     ------
     UserError
-        If a choice or the checkpoint is not right, something is missing that the format needs, or
-        the export differs from the package. Nothing is written then.
+        If an option or the checkpoint is invalid, a requirement of the format is missing, or the
+        export differs from the package. In these cases nothing is written.
     """
     target = Path(path)
     if format not in get_args(Format):
@@ -85,7 +85,7 @@ def write(
     suffix = _SUFFIX.get(format)
     if suffix is not None and target.suffix != suffix:
         raise UserError(
-            f"output is '{target}', expected a name that ends in {suffix} for format={format}"
+            f"output is '{target}', expected a name ending in {suffix} for format={format}"
         )
     checkpoint.check()
     tracked = checkpoint.tracker is not None
@@ -108,14 +108,14 @@ def write(
             "signals": "a walk and noise with losses, known and unknown start",
         }
     files = _stamped(built, format, target, json.dumps(about, allow_nan=False))
-    # the file that was asked for comes last
+    # the requested file is written last
     for name, content in reversed(files.items()):
         with atomic_path(target.with_name(name)) as temporary:
             temporary.write_bytes(content)
     return about
 
 
-# of C two sources, of the others one file
+# two sources for C, one file for the other formats
 _Built = dict[str, str] | bytes
 
 
@@ -131,7 +131,7 @@ def _build(checkpoint: Checkpoint, export_format: str, precision: str) -> _Built
 
 
 def _stamped(built: _Built, export_format: str, target: Path, about: str) -> dict[str, bytes]:
-    """Content of the files by their names, the one asked for first."""
+    """Content of the files by name, the requested file first."""
     if isinstance(built, dict):
         files = c.stamped(built, target.stem, about)
         return {name: content.encode() for name, content in files.items()}

@@ -56,7 +56,7 @@ PHASES: Mapping[str, tuple[str, str]] = MappingProxyType(
     }
 )
 
-# human walking has no relevant content above this; the derivative would be noise
+# human walking has no relevant content above this, and the derivative would amplify noise
 _LOW_PASS_HZ = 6.0
 # harmonics of the stride that outline its shape: one swing lobe, one dip in stance
 _OUTLINE_HARMONICS = 2.5
@@ -67,7 +67,7 @@ _LANDING_STRIDES = 0.22
 
 @dataclass(frozen=True)
 class GaitPhases:
-    """Points of every stride, s from the first sample; NaN where one was not found.
+    """Points of every stride, s from the first sample; NaN for a point that was not found.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class GaitPhases:
             Stride times, s; NaN across a gap or a missing point.
         """
         between = np.diff(self.times_s[point])
-        # a pause, or strides lost in a gap, is not one long stride
+        # a pause, or a gap with lost strides, is not one long stride
         usual = np.nanmedian(between) if np.isfinite(between).any() else np.nan
         return np.where(between < 1.75 * usual, between, np.nan)
 
@@ -227,7 +227,7 @@ def _strides(
             continue  # a pause
         a = _first(falls, swing, next_swing)
         e = _last(rises, a, next_swing)
-        # the foot lands soon after the thigh has stopped swinging; the other dip is mid stance
+        # initial contact follows soon after the thigh's swing; the later dip is mid stance
         landed = a + _LANDING_STRIDES * sampling_rate_hz / frequency_hz
         b = _first(turns_up, a, landed)
         d = _deepest(turns_up, smooth, landed, e)

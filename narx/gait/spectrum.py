@@ -39,7 +39,7 @@ def single_sided_amplitude_spectrum(
             f"{int((~np.isfinite(series)).sum())} missing samples, expected one axis and none"
         )
     amplitude: FloatArray = np.abs(np.fft.rfft(series)) / len(series)
-    # the mean, and the Nyquist frequency of an even length, have no mirror image
+    # mean and (for even length) Nyquist frequency occur only once in the two-sided spectrum
     amplitude[1 : (len(series) + 1) // 2] *= 2.0
     frequency_hz = np.fft.rfftfreq(len(series), 1.0 / sampling_rate_hz).astype(np.float64)
     return frequency_hz, amplitude
@@ -57,7 +57,7 @@ def component_powers(
     sampling_rate_hz : float
         Sampling rate.
     highest_hz : float
-        Upper limit of the motion of walking; above are noise and soft tissue. Winter et al. (J
+        Upper limit of walking motion; noise and soft-tissue motion are above. Winter et al. (J
         Biomech 7:479-486, 1974) found 99.7 % of the power of leg movements in walking below 6 Hz.
 
     Returns

@@ -15,7 +15,7 @@ _MOST_MOVEMENT_OUTSIDE = 0.25
 
 @dataclass(frozen=True)
 class StillThresholds:
-    """What counts as standing still (Han et al., eqs. (3) and (4)).
+    """Thresholds of standing still (Han et al., eqs. (3) and (4)).
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class StillThresholds:
         sampling_rate_hz: float,
         margin: float = 2.0,
     ) -> "StillThresholds":
-        """Raise the thresholds above what the first second shows (Han et al., section IV).
+        """Raise the thresholds above the tremor in the first second (Han et al., section IV).
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The part of a recording in which the wearer walks straight on, from gyroscopes alone."""
+"""The straight walk in a recording, detected from gyroscopes only."""
 
 from collections.abc import Sequence
 
@@ -7,9 +7,9 @@ from scipy.ndimage import uniform_filter1d
 
 from narx.types import FloatArray
 
-# a stride's own turning averages out over about a stride
+# averaging time, s: turning within a stride cancels over about one stride
 _STRIDE_S = 1.0
-# a turn, and not the drift of the integral: so much within so short a time
+# a turn is a change of heading by this much within this time; drift is slower
 _TURN_RAD, _TURN_S = np.radians(20.0), 2.0
 _MIN_WALK_S = 3.0
 
@@ -27,7 +27,7 @@ def straight_walk_s(
     gyroscopes_rad_s : sequence of ndarray, shape (N, 3)
         Angular rates of sensors on one clock, without bias, rad/s; NaN where missing.
     up : sequence of ndarray, shape (3,)
-        Direction of up in each sensor while standing, unit vectors.
+        Upward direction in each sensor frame during standing, unit vectors.
     sampling_rate_hz : float
         Samples per second.
     begin_s : float
@@ -36,9 +36,9 @@ def straight_walk_s(
     Returns
     -------
     tuple of (float, float) or None
-        Seconds from the first sample; None where the heading (mean of the sensors, averaged
-        over a second) never changes by 20 degrees within two seconds, or does so within three
-        seconds of the begin.
+        Start and end in s from the first sample; None if the heading (mean of the sensors,
+        averaged over a second) never changes by 20 degrees within two seconds, or already does so
+        within three seconds after `begin_s`.
     """
     turning = np.mean(
         [np.nan_to_num(rate) @ axis for rate, axis in zip(gyroscopes_rad_s, up, strict=True)],

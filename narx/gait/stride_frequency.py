@@ -18,7 +18,7 @@ from narx.types import FloatArray
 # from a very slow, cautious gait (Parkinson's disease, 0.5 strides/s) to sprinting (1.7)
 STRIDE_FREQUENCY_RANGE_HZ = (0.4, 1.8)
 
-# samples per second that suffice for a stride frequency to a thousandth
+# sampling rate that is sufficient for a stride frequency accurate to a thousandth
 _ENOUGH_HZ = 100.0
 
 
@@ -28,7 +28,7 @@ def stride_frequency_hz(
     frequency_range_hz: tuple[float, float] = STRIDE_FREQUENCY_RANGE_HZ,
     minimum_correlation: float = 0.4,
 ) -> float:
-    """Detect the stride frequency of a recording from its autocorrelation.
+    """Estimate the stride frequency of a recording from its autocorrelation.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class StrideFrequencyTracker:
         return _Following(self._first_state(), self._constants(sampling_rate_hz))
 
     def follow(self, sagittal_rate_rad_s: ArrayLike, sampling_rate_hz: float) -> FloatArray:
-        """Track a whole recording; the same numbers as sample by sample.
+        """Track a whole recording, with the same results as sample by sample.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class StrideFrequencyTracker:
 
 @dataclass
 class _Following:
-    """A tracker at work; a class and no closure, so that it can be copied and pickled."""
+    """State of a tracker; a class instead of a closure, so that it can be copied and pickled."""
 
     state: TrackerState
     constants: tuple[float, ...]

@@ -28,9 +28,9 @@ def normalised_strides(
     Returns
     -------
     ndarray, shape (S, points, C)
-        Linear interpolation between the two samples beside each point. A stride is NaN throughout
-        where one of its samples is missing, where it extends beyond the signal, or where it lasts
-        more than 1.5 times the median stride, so that the strides of several signals stay aligned.
+        Linear interpolation between the two samples adjacent to each point. All values of a stride
+        are NaN if one of its samples is missing, if it extends beyond the signal, or if it lasts
+        more than 1.5 times the median stride; so the strides of several signals stay aligned.
     """
     contacts = np.asarray(contacts_s, dtype=float)
     n_strides = max(0, len(contacts) - 1)

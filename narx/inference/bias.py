@@ -1,4 +1,4 @@
-"""The gyroscope's static bias in a user's recording, and checks of stated rest."""
+"""The gyroscope's static bias in a user's recording, and checks of declared rest."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,14 +9,14 @@ from narx.recordings.rest import REST_RAD_S
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
-# sway in standing is less, and no current gyroscope has a larger bias
-_MAX_UNREST_RAD_S = np.radians(2.0)
+# above sway in standing, and above the bias of any current gyroscope
+_MAX_SCATTER_RAD_S = np.radians(2.0)
 _MAX_BIAS_RAD_S = np.radians(10.0)
-# a part given as still may contain more sway, but no walking
-_MAX_PROMISED_UNREST_RAD_S = np.radians(5.0)
-# lengths of windows to search, longest first: they average out more noise and sway
+# a part declared still by the user may contain more sway, but no walking
+_MAX_DECLARED_SCATTER_RAD_S = np.radians(5.0)
+# lengths of windows to search, longest first, since longer ones average out more noise and sway
 _STILL_S = (5.0, 2.0, 1.0)
-# a person standing at the first sample does not swing a leg during this time
+# time during which a person who stands at the first sample does not swing a leg
 _FIRST_S = 0.2
 _MAX_FIRST_RAD_S = 2 * REST_RAD_S
 
@@ -28,7 +28,7 @@ def remove_static_bias(
     where: str,
     given_rad_s: ArrayLike | None = None,
 ) -> tuple[FloatArray | None, str]:
-    """Find the static bias to remove.
+    """Determine the static bias to remove.
 
     Parameters
     ----------
@@ -41,21 +41,21 @@ def remove_static_bias(
     where : str
         Name of the recording, for messages.
     given_rad_s : array_like, shape (3,), optional
-        The bias, where the user knows it.
+        Bias given by the user.
 
     Returns
     -------
     bias_rad_s : ndarray, shape (3,), or None
-        Mean rate at rest, rad/s; None does not remove the bias.
+        Mean rate at rest, rad/s; None if the bias is not to be removed.
     note : str
         Source of the bias, as text.
 
     Raises
     ------
     UserError
-        If the given bias is none, or something else is asked for beside it.
+        If the given bias is invalid, or is combined with a conflicting option.
     RecordingError
-        If the part has no sample, or the sensor moves in it.
+        If the given part has no sample, or the sensor moves during it.
     """
     if given_rad_s is not None:
         if still_s is not None or not remove:
@@ -63,7 +63,7 @@ def remove_static_bias(
             raise UserError(f"bias_rad_s and {other} exclude each other; give one of them")
         return _removed(_given(given_rad_s), "bias_rad_s")
     if not remove:
-        return None, "static bias left in, as asked for"
+        return None, "static bias not removed, as requested"
     if still_s is not None:
         return _removed(_promised(recording, *still_s, where), f"{still_s[0]:g}-{still_s[1]:g} s")
     for window_s in _STILL_S:
@@ -72,13 +72,13 @@ def remove_static_bias(
         )
         if (
             part is not None
-            and part.unrest_rad_s < _MAX_UNREST_RAD_S
+            and part.gyroscope_scatter_rad_s < _MAX_SCATTER_RAD_S
             and np.linalg.norm(part.bias_rad_s) < _MAX_BIAS_RAD_S
         ):
             return _removed(part.bias_rad_s, f"the quietest {window_s:g} s")
     return None, (
-        f"{where}: static bias left in, no {_STILL_S[-1]:g} s without movement to take it from; "
-        "give still_s, or remove_bias=False if it is off already"
+        f"{where}: static bias not removed, no {_STILL_S[-1]:g} s at rest to measure it; "
+        "give still_s, or remove_bias=False if it was already removed"
     )
 
 
@@ -108,14 +108,14 @@ def check_known_start(time_s: FloatArray, gyroscope_rad_s: FloatArray, where: st
     time_s : ndarray, shape (N,)
         Sampling times, s.
     gyroscope_rad_s : ndarray, shape (N, 3)
-        Without bias, rad/s; NaN where missing.
+        Gyroscope without bias, rad/s; NaN where missing.
     where : str
         Name of the recording, for messages.
 
     Raises
     ------
     RecordingError
-        If the first samples are missing, or the sensor swings in them.
+        If the first samples are missing, or the sensor moves during them.
     """
     there = np.isfinite(gyroscope_rad_s).all(axis=1)
     first_s = float(time_s[np.argmax(there)])
@@ -135,7 +135,7 @@ def check_known_start(time_s: FloatArray, gyroscope_rad_s: FloatArray, where: st
 
 
 def _promised(recording: ImuRecording, begin: float, end: float, where: str) -> FloatArray:
-    """Average a whole part: a part given as still is not searched."""
+    """Average all of a part that the user declared still."""
     inside = (recording.time_s >= begin) & (recording.time_s <= end)
     rate = recording.gyroscope_rad_s[inside]
     rate = rate[np.isfinite(rate).all(axis=1)]
@@ -144,13 +144,13 @@ def _promised(recording: ImuRecording, begin: float, end: float, where: str) -> 
             f"{where}: no gyroscope sample in still_s {begin:g}-{end:g} s; the recording "
             f"lasts from {recording.time_s[0]:g} to {recording.time_s[-1]:g} s"
         )
-    unrest = float(np.sqrt(rate.var(axis=0).sum()))
+    scatter = float(np.sqrt(rate.var(axis=0).sum()))
     mean = float(np.linalg.norm(rate.mean(axis=0)))
-    if unrest > _MAX_PROMISED_UNREST_RAD_S or mean > _MAX_BIAS_RAD_S:
+    if scatter > _MAX_DECLARED_SCATTER_RAD_S or mean > _MAX_BIAS_RAD_S:
         raise RecordingError(
-            f"{where}: still_s {begin:g}-{end:g} s is no rest: the gyroscope varies by "
-            f"{np.degrees(unrest):.1f} deg/s about a mean of {np.degrees(mean):.1f} deg/s, "
-            f"expected less than {np.degrees(_MAX_PROMISED_UNREST_RAD_S):.0f} and "
+            f"{where}: still_s {begin:g}-{end:g} s is not at rest: the gyroscope varies by "
+            f"{np.degrees(scatter):.1f} deg/s about a mean of {np.degrees(mean):.1f} deg/s, "
+            f"expected less than {np.degrees(_MAX_DECLARED_SCATTER_RAD_S):.0f} and "
             f"{np.degrees(_MAX_BIAS_RAD_S):.0f}"
         )
     return np.asarray(rate.mean(axis=0))

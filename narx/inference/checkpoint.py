@@ -40,10 +40,10 @@ class Checkpoint:
     history : dict
         Plain numbers and strings: configuration, training report, stability, environment.
     washout_s : float, optional
-        Time constant with which a lasting deviation from the posture is removed, s; None for no
+        Time constant with which a constant deviation from the posture is removed, s; None for no
         washout.
     tracker : PostureTracker, optional
-        Learns posture and bias as it goes, instead of start-up and washout; None for these.
+        Estimates posture and gyroscope bias while the network runs; None for start-up and washout.
     """
 
     model: Narx
@@ -67,7 +67,7 @@ class Checkpoint:
         Returns
         -------
         NarxMethod
-            Ready to estimate.
+            The method.
         """
         if self.tracker is not None:
             return TrackedNarxMethod(self.model, self.tracker, smoothing)
@@ -96,7 +96,7 @@ class Checkpoint:
         Raises
         ------
         UserError
-            If a number is not finite or has the wrong sign, or a choice is unknown.
+            If a number is not finite or has the wrong sign, or an option is unknown.
         """
         model = self.model
         _positive("sampling_rate_hz", model.sampling_rate_hz)
@@ -115,7 +115,7 @@ class Checkpoint:
             if stds is not None and len(stds) != 3:
                 raise UserError(f"{name} has {len(stds)} values, expected three")
             for std in stds or ():
-                if not np.isnan(std):  # an axis whose error is not known
+                if not np.isnan(std):  # NaN: the error of this axis is unknown
                     _positive(name, std)
         if not isinstance(self.history, dict):
             raise UserError(f"history is a {type(self.history).__name__}, expected a dictionary")
@@ -123,12 +123,12 @@ class Checkpoint:
 
 
 def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
-    """Write a checkpoint in one piece.
+    """Write a checkpoint atomically.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to write.
+        Checkpoint to write.
     path : path-like
         Destination, usually ``*.pt``.
 
@@ -195,10 +195,10 @@ def _from_content(content: dict[str, Any]) -> Checkpoint:
     if unknown:
         raise ValueError(f"its field '{min(unknown)}' is unknown")
     weights = content.pop("weights")
-    # checked before the model is created, which may be of any size
+    # checked before the model is created, because the file may request a model of any size
     n_weights = NarxStructure(**content["model"]["structure"]).n_weights
     if not isinstance(weights, torch.Tensor) or weights.dtype != torch.float64:
-        raise ValueError("its weights are no float64 tensor")
+        raise ValueError("its weights are not a float64 tensor")
     if weights.shape != (n_weights,):
         raise ValueError(
             f"its weights have the shape {tuple(weights.shape)}, expected ({n_weights},)"
@@ -206,7 +206,7 @@ def _from_content(content: dict[str, Any]) -> Checkpoint:
     model = Narx.from_config(content.pop("model"))
     with torch.no_grad():
         model.weights.copy_(weights)
-    # missing fields fail here by name, so that no default is used
+    # missing fields raise an error here, instead of being replaced by defaults
     start_up = content["start_up"]
     absent = [entry.name for entry in fields(StartUp) if entry.name not in start_up]
     if absent:

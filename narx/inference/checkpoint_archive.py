@@ -1,7 +1,7 @@
 """Plain data in torch's file format, read without running code or large allocations from the file.
 
-``torch.load(weights_only=True)`` runs no foreign code, but a small file may still make it
-allocate gigabytes: a compressed record, or a call of ``bytearray``. The archive is therefore
+``torch.load(weights_only=True)`` runs no code from the file, but a small file can still make it
+allocate gigabytes, by a compressed record or a call of ``bytearray``. The archive is therefore
 checked before torch unpacks it.
 """
 
@@ -17,7 +17,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-# a checkpoint takes some ten kilobytes
+# a checkpoint has about ten kilobytes
 MAX_BYTES = 16 * 2**20
 _MAX_ITEMS = 100_000
 # names in a pickle of dictionaries, lists, strings, numbers and float64 tensors
@@ -35,7 +35,7 @@ def to_bytes(content: dict[str, Any]) -> bytes:
     Returns
     -------
     bytes
-        The same for the same content.
+        Archive; equal contents give equal bytes.
     """
     # in memory, since torch stores the path of a file in its content
     buffer = io.BytesIO()
@@ -68,7 +68,7 @@ def from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
     _check_archive(data)
     try:
         content = torch.load(io.BytesIO(data), weights_only=True)
-    except Exception as error:  # the unpickler may raise anything, and advises unsafe loading
+    except Exception as error:  # any exception; its messages advise unsafe loading
         raise ValueError("its pickle is damaged") from error
     if not isinstance(content, dict):
         raise ValueError(f"it holds a {type(content).__name__}, expected a dictionary")
@@ -109,9 +109,9 @@ def _check_archive(data: bytes) -> None:
                 raise ValueError(f"it holds {len(pickles)} pickles, expected one")
             _check_pickle(archive.read(pickles[0]))
     except (zipfile.BadZipFile, zipfile.LargeZipFile, OSError, EOFError) as error:
-        raise ValueError("it is no archive, or a damaged one") from error
-    except (NotImplementedError, RuntimeError) as error:  # encrypted, or of an unknown kind
-        raise ValueError("it is an archive of another kind") from error
+        raise ValueError("it is not an archive, or a damaged one") from error
+    except (NotImplementedError, RuntimeError) as error:  # encrypted, or of an unknown type
+        raise ValueError("it is an archive of a different type") from error
 
 
 def _check_pickle(data: bytes) -> None:
@@ -128,7 +128,7 @@ def _check_pickle(data: bytes) -> None:
 
 
 def _check_plain(content: dict[str, Any]) -> None:
-    """Refuse objects, and nested data that are small in the file but huge when traversed."""
+    """Refuse objects, and shared nested data that are small in the file but huge when traversed."""
     left, pending = _MAX_ITEMS, [content]
     while pending:
         value: Any = pending.pop()

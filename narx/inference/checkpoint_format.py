@@ -1,7 +1,7 @@
-"""Formats of a checkpoint's content: older ones are converted to the current one, step by step.
+"""Formats of a checkpoint's content; older formats are converted to the current one step by step.
 
-The number changes whenever the meaning of a field changes, or a field is added that affects how a
-network runs, so that an older package refuses a newer file instead of running its network
+The number is increased when the meaning of a field changes, or when a field is added that affects
+how a network runs, so that an older package refuses a newer file instead of running its network
 differently.
 
 ====== =========================================================================================
@@ -25,7 +25,7 @@ FORMAT = 4
 
 
 def sealed(content: dict[str, Any]) -> dict[str, Any]:
-    """Add number of the format and checksum.
+    """Add the format number and the checksum.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def sealed(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def opened(content: dict[str, Any]) -> dict[str, Any]:
-    """Check number and checksum, and convert an older content to the current format.
+    """Check format number and checksum, and convert older contents to the current format.
 
     Parameters
     ----------
     content : dict
-        From a file.
+        Content of a file.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def opened(content: dict[str, Any]) -> dict[str, Any]:
     elif number in (2, 3, FORMAT):
         expected = content.pop("sha256", None)
         if digest({"format": number, **content}) != expected:
-            raise ValueError("its content does not fit its checksum")
+            raise ValueError("its content does not match its checksum")
     if number not in (*_TO_NEXT, FORMAT) or isinstance(number, bool):
         raise ValueError(f"its format is {number!r}, expected {FORMAT} or an older one")
     for older in range(number, FORMAT):
@@ -77,7 +77,7 @@ def opened(content: dict[str, Any]) -> dict[str, Any]:
 
 def _from_1(content: dict[str, Any]) -> dict[str, Any]:
     start_up = dict(content["start_up"])
-    # before there was a choice it was averaged at the end
+    # before this was an option, the posture was averaged over the end of the start-up
     start_up.setdefault("averaging_begin_s", start_up["duration_s"] - start_up["averaging_s"])
     return {"start_std_rad": None, "washout_s": None, **content, "start_up": start_up}
 

@@ -1,7 +1,7 @@
-"""Conversions between a recording's own clock, a uniform one and the network's.
+"""Conversions between a recording's own clock, a uniform clock and that of the network.
 
-A trained recurrence is tied to its sampling interval. Instead of changing its weights, the
-recording is resampled to the network's clock and the angles back to the recording's. Both
+A trained recurrence is valid for one sampling interval. Instead of changing its weights, the
+recording is resampled to the network's clock and the angles back to that of the recording. Both
 conversions use the integral of the rate, so there is no aliasing and no rotation is lost.
 """
 
@@ -15,14 +15,14 @@ from narx.types import BoolArray, FloatArray
 
 
 class ClockConversion:
-    """Uniform clock of about a recording's median rate that begins and ends with it.
+    """Uniform clock with about a recording's median rate and the same start and end.
 
     Parameters
     ----------
     time_s : ndarray, shape (N,)
         Sampling times, increasing, regular or not, s.
     max_gap_s : float
-        Longest interval between neighbouring samples that is interpolated across, unless the
+        Longest interval between neighbouring samples that is interpolated, unless the
         recording's regular interval is longer.
     where : str
         Name of the recording, for messages.
@@ -57,12 +57,12 @@ class ClockConversion:
         Parameters
         ----------
         values : ndarray, shape (N, K)
-            At the sampling times; NaN where missing.
+            Values at the sampling times; NaN where missing.
 
         Returns
         -------
         ndarray, shape (M, K)
-            At the clock's ticks, by cubic splines; NaN in gaps.
+            Values at the clock's ticks, by cubic splines; NaN in gaps.
         """
         return resample_vectors(self._time_s, values, self.clock_s, max_gap_s=self._max_gap_s)
 
@@ -72,19 +72,19 @@ class ClockConversion:
         Parameters
         ----------
         values : ndarray, shape (M, K)
-            At the clock's ticks; NaN where missing.
+            Values at the clock's ticks; NaN where missing.
         there : ndarray of bool, shape (N,)
             Samples to compute.
 
         Returns
         -------
         ndarray, shape (N, K)
-            At the sampling times, by cubic splines; NaN at the other samples, and at those too far
-            from any other.
+            Values at the sampling times, by cubic splines; NaN at the other samples, and at those
+            too far from any other.
         """
         clock, interval_s = self.clock_s, 1.0 / self.sampling_rate_hz
         result = np.full((len(self._time_s), values.shape[1]), np.nan)
-        # a column that is missing throughout (an unobserved axis) is not a gap in the others
+        # a column that is entirely missing (an unobserved axis) is not a gap in the other columns
         known = np.flatnonzero(np.isfinite(values).any(axis=0))
         complete = np.isfinite(values[:, known]).all(axis=1) & bool(known.size)
         for piece in contiguous_pieces(clock, complete, 1.5 * interval_s):

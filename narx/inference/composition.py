@@ -1,8 +1,8 @@
-"""Parts that any recursion can be combined with: a start-up, a washout, a backward pass.
+"""Start-up, washout and smoothing, which can be combined with any recursion.
 
 The recursion itself (a network, a leaky integrator, a complementary filter) computes angles from
 rates. The parts around it do not depend on the recursion: the start-up estimates the posture and
-hands over, the washout removes lasting deviations, smoothing averages a forward and a backward
+hands over, the washout removes constant deviations, smoothing averages a forward and a backward
 pass. Methods that share these parts differ only in the recursion.
 """
 
@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from narx.errors import MethodNotApplicableError, UserError
-from narx.inference.smoothing import forward_share, turned_round
+from narx.inference.smoothing import forward_share, time_reversed
 from narx.inference.start_up import StartUp
 from narx.inference.tracker import PostureTracker
 from narx.inference.washout import wash_out, washout_gain
@@ -24,7 +24,7 @@ Part = TypeVar("Part", StartUp, PostureTracker)
 
 
 class Startable(Protocol):
-    """A recursion that can be started anywhere."""
+    """A recursion that can be started from any angles."""
 
     coupled: bool
 
@@ -53,7 +53,7 @@ class Startable(Protocol):
         deviation, previous_deviation : ndarray, shape (3,)
             Last two angles relative to the posture, rad.
         rates : ndarray, shape (3,)
-            Last rates that were integrated, rad/s.
+            Last integrated rates, rad/s.
 
         Returns
         -------
@@ -74,7 +74,7 @@ class Recursion(Startable, Protocol):
         Parameters
         ----------
         samples : slice
-            Of the recording, with a negative step for backwards.
+            Samples of the recording; a negative step runs backwards.
         backwards : bool
             Reverse the sign of the rates.
         state : object
@@ -85,7 +85,7 @@ class Recursion(Startable, Protocol):
         Returns
         -------
         ndarray, shape (N, 3)
-            Angles, rad, posture included.
+            Angles including the posture, rad.
         """
         ...
 
@@ -99,7 +99,7 @@ class StepRecursion(Startable, Protocol):
         Parameters
         ----------
         axis_rates, specific_force : ndarray, shape (3,)
-            rad/s and m/s^2.
+            Rates in rad/s and specific force in m/s^2.
         """
         ...
 
@@ -109,16 +109,16 @@ class StepRecursion(Startable, Protocol):
         Parameters
         ----------
         state : object
-            From `begin`, `take_over` or the step before.
+            From `begin`, `take_over` or the previous step.
         posture_rad : ndarray, shape (3,)
             Posture, the zero of the recursion, rad.
 
         Returns
         -------
         angles : ndarray, shape (3,)
-            rad, posture included.
+            Angles including the posture, rad.
         state : object
-            After the sample.
+            State after the sample.
         """
         ...
 
@@ -129,14 +129,14 @@ def start_up_of(given: object, method: str) -> StartUp | None:
     Parameters
     ----------
     given : StartUp, mapping, bool or None
-        True is the default start-up; a mapping holds its parameters.
+        True for the default start-up; a mapping gives its parameters.
     method : str
         Name of the method, for the message.
 
     Returns
     -------
     StartUp or None
-        None for none.
+        Start-up; None if there is none.
 
     Raises
     ------
@@ -198,10 +198,10 @@ class Composition:
         Estimates the posture before the recursion takes over; None starts the recursion
         immediately.
     washout_s : float, optional
-        Time constant with which a lasting deviation from the posture is removed, s; None for no
+        Time constant with which a constant deviation from the posture is removed, s; None for no
         washout.
     smoothing : bool
-        Average a forward and a backward pass: whole recordings only.
+        Average a forward and a backward pass; whole recordings only.
 
     Raises
     ------
@@ -228,9 +228,9 @@ class Composition:
         Parameters
         ----------
         recursion : Recursion
-            Of this recording.
+            Recursion over this recording.
         axis_rates_rad_s : ndarray, shape (N, 3)
-            Gyroscope about the clinical axes, no NaN, rad/s: what the start-up integrates.
+            Gyroscope about the clinical axes, no NaN, rad/s; integrated by the start-up.
         interval_s : float
             Sampling interval, s.
         initial_angles_rad : ndarray, shape (3,), optional
@@ -261,7 +261,7 @@ class Composition:
             return angles
         # the same kinematics with time reversed
         state = recursion.take_over(
-            *turned_round(recursion.coupled, rates[-1], angles[-1], posture, interval_s)
+            *time_reversed(recursion.coupled, rates[-1], angles[-1], posture, interval_s)
         )
         back = recursion.run(slice(-2, None, -1), True, state, posture)
         back = wash_out(back, posture, gain, np.zeros(3))
@@ -272,7 +272,7 @@ class Composition:
         return share * angles + (1.0 - share) * back
 
     def refuse_stream(self, method: str) -> None:
-        """Refuse to run sample by sample if the whole recording is needed.
+        """Refuse to run sample by sample with smoothing, which needs the whole recording.
 
         Parameters
         ----------
@@ -297,7 +297,7 @@ class Composition:
         Parameters
         ----------
         recursion : StepRecursion
-            Fresh.
+            New recursion.
         interval_s : float
             Sampling interval, s.
         initial_angles_rad : ndarray, shape (3,), optional

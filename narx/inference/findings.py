@@ -1,4 +1,4 @@
-"""Problems of a recording: refused if it cannot be right, otherwise noted."""
+"""Problems of a recording: an error if it is certainly wrong, otherwise a note."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ def check_consistency(
     Parameters
     ----------
     gyroscope_rad_s, accelerometer_m_s2 : ndarray, shape (N, 3)
-        On one uniform clock, sensor frame.
+        Both on the same uniform clock, sensor frame.
     sampling_rate_hz : float
         Samples per second.
     is_leg : bool
@@ -46,7 +46,7 @@ def check_consistency(
     if wrong is None:
         return []
     if not is_leg:
-        return [f"{wrong}; or the sensor is moved about more than it is turned"]
+        return [f"{wrong}; or the sensor is translated more than it is rotated"]
     raise RecordingError(f"{where}: {wrong}; expected both sensors in one right-handed frame")
 
 
@@ -58,7 +58,7 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     recording : ImuRecording
         The sensor.
     max_gap_s : float
-        Longest gap that is interpolated across, s.
+        Longest gap that is interpolated, s.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     long, short = steps > limit_s, (steps > 1.5 * usual) & (steps <= limit_s)
     notes = []
     if short.any():
-        notes.append(f"{_gaps(short)} of up to {steps[short].max():.3g} s interpolated across")
+        notes.append(f"{_gaps(short)} of up to {steps[short].max():.3g} s interpolated")
     if long.any():
         notes.append(
             f"{_gaps(long)} longer than {limit_s:g} s (together {steps[long].sum():.3g} s, the "
@@ -98,7 +98,7 @@ def start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
     Returns
     -------
     list of str
-        A note if all samples belong to the start-up; else empty.
+        A note if all samples belong to the start-up, otherwise empty.
     """
     there = np.isfinite(signals.axis_rates_rad_s).all(axis=1)
     if not there.any() or not method.starting(signals)[there].all():

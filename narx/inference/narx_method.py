@@ -1,4 +1,4 @@
-"""A trained network as an orientation method: from a gyroscope's recording to three angles."""
+"""A trained network as an orientation method: three angles from a gyroscope's recording."""
 
 from typing import Literal, get_args
 
@@ -22,7 +22,7 @@ AxisScaling = Literal["training", "own"]
 
 
 class NarxMethod(OrientationMethod):
-    """Run a trained network on the gyroscope alone.
+    """Run a trained network on the gyroscope only.
 
     Parameters
     ----------
@@ -32,14 +32,14 @@ class NarxMethod(OrientationMethod):
         Start-up that estimates the posture; ``duration_s=0`` starts from zero.
     axis_scaling : {"training", "own"}
         Normalisation of axes on which the network was not trained, which Tham et al. do not
-        specify: with the scale of training, or each with its own gyroscope's amplitude (root mean
-        square over the recording, so not sample by sample).
+        specify: by the scale of training, or each by the amplitude of its own rate (root mean
+        square over the recording, which excludes running sample by sample).
     error_std_rad : ndarray, shape (3,), optional
         Standard deviation of the error per axis, from training; None if unknown.
     start_std_rad : ndarray, shape (3,), optional
         The same during the start-up; None or NaN if not known separately.
     washout_s : float, optional
-        Time constant with which a lasting deviation from the posture is removed
+        Time constant with which a constant deviation from the posture is removed
         (`narx.inference.washout`), s; None for no washout.
     smoothing : bool
         Average a forward and a backward pass (`narx.inference.smoothing`): smaller errors, whole
@@ -93,8 +93,8 @@ class NarxMethod(OrientationMethod):
         Returns
         -------
         ndarray, shape (N, 3), or None
-            rad; NaN where a sample is missing. None if the network has none, and with smoothing: it
-            was measured on a single pass and is too large for two.
+            Standard deviation, rad; NaN where a sample is missing. None if the network has none,
+            and with smoothing: it was measured with a single pass and is too large for two.
         """
         stds = self.stds_rad()
         if stds is None:
@@ -109,7 +109,7 @@ class NarxMethod(OrientationMethod):
         Returns
         -------
         ndarray, shape (2, 3), or None
-            rad; None as from `standard_deviation`.
+            Standard deviations, rad; None as from `standard_deviation`.
         """
         if self.error_std_rad is None or self.smoothing:
             return None
@@ -123,12 +123,12 @@ class NarxMethod(OrientationMethod):
         return f"after {self.start_up.duration_s:g} s of movement"
 
     def with_doubtful_bias(self) -> "NarxMethod":
-        """Return the method for a recording whose gyroscope bias is not known.
+        """Return the method for a recording whose gyroscope bias is unknown.
 
         Returns
         -------
         NarxMethod
-            The same one: without a tracker it cannot find a bias.
+            The same method: without a tracker it cannot estimate a bias.
         """
         return self
 
@@ -143,7 +143,7 @@ class NarxMethod(OrientationMethod):
         Returns
         -------
         ndarray of bool, shape (N,)
-            False at missing samples; at another rate than the network's right to a sample.
+            False at missing samples; accurate to one sample at other rates than the network's.
         """
         there = usable(signals.axis_rates_rad_s)
         starting = np.zeros(signals.n_samples, dtype=bool)
@@ -204,26 +204,26 @@ class NarxMethod(OrientationMethod):
     def recursion(
         self, sampling_rate_hz: float, n_sensors: int, initial_angles_rad: FloatArray | None
     ) -> Recursion:
-        """Start the method for use as samples come (`narx.inference.stream`).
+        """Start the method for use sample by sample (`narx.inference.stream`).
 
         Parameters
         ----------
         sampling_rate_hz : float
-            The network's own rate.
+            Sampling rate, which must be the network's.
         n_sensors : int
-            Sensors that run side by side.
+            Number of sensors that run in parallel.
         initial_angles_rad : ndarray, shape (n_sensors, 3), optional
-            Known start poses; None where they are unknown.
+            Known start poses; None if they are unknown.
 
         Returns
         -------
         Recursion
-            Gives the angles that `estimate` gives.
+            Recursion that gives the same angles as `estimate`.
 
         Raises
         ------
         MethodNotApplicableError
-            If the rate is another one, or the whole recording is needed.
+            If the rate differs from the network's, or the whole recording is needed.
         """
         rate_hz = self.model.sampling_rate_hz
         if not np.isclose(sampling_rate_hz, rate_hz, rtol=1e-6):
@@ -251,7 +251,7 @@ class _WholeRecording:
         self._model, self._rates = model, rates_rad_s
         self._relative: torch.Tensor | None = None
         if axis_scaling == "own":
-            # an axis with hardly any movement must not be amplified to noise
+            # the noise of an axis with hardly any movement must not be amplified
             rms = np.maximum(np.sqrt(np.mean(rates_rad_s**2, axis=0)), 1e-3)
             self._relative = torch.from_numpy(rms / model.normalisation.rate_rms_rad_s)
 

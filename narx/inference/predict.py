@@ -28,11 +28,11 @@ Frame = Literal["auto", "anatomical", "walking", "sensor"]
 Side = Literal["right", "left"]
 StartPose = Literal["known", "unknown"]
 
-# a few lost samples are interpolated across, a lost part of a stride is not
+# a few lost samples are interpolated, a lost part of a stride is not
 MAX_GAP_S = 0.1
 # rate, bias and frame are noted for every recording; further notes are exceptions
 _USUAL_NOTES = 3
-# enough for the direction of gravity
+# shortest standing, s, that is sufficient to measure the direction of gravity
 _MIN_STANDING_S = 0.5
 
 
@@ -50,7 +50,7 @@ class Prediction:
     std_rad : ndarray, shape (N, 3), or None
         Standard deviation of the error expected from training, rad; None if unknown.
     bias_rad_s : ndarray, shape (3,), or None
-        Static bias that was removed, in the sensor frame, rad/s; None if none was.
+        Static bias that was removed, in the sensor frame, rad/s; None if no bias was removed.
     notes : tuple of str
         Processing applied to the recording, as text.
     """
@@ -87,22 +87,23 @@ def predict(
         ``walking``: arbitrary orientation of the sensor on a thigh or shank; up comes from the
         accelerometer, forward from the swing of the leg, so there must be some steps
         (`narx.calibration.calibrate`). ``sensor``: the sensor's axes, with the smallest rotation
-        that brings z up at the start. ``auto``: walking if there is an accelerometer, else
-        anatomical.
+        that makes z vertical at the start. ``auto``: walking if there is an accelerometer,
+        otherwise anatomical.
     side : {"right", "left"}
         Leg; decides the signs of abduction and internal rotation.
     start_pose : {"known", "unknown"}
-        ``known``: the first sample is upright standing, where all angles are zero; they keep
-        that zero. ``unknown``: angles swing about zero once the start-up is over.
+        ``known``: the first sample is upright standing, which defines the zero of all angles.
+        ``unknown``: the angles swing about zero after the start-up.
     remove_bias : bool
         Whether the gyroscope's static bias is removed.
     still_s : tuple of (float, float), optional
         Part in which the sensor was at rest, s on the recording's clock: its mean rate is the
-        bias. Without it, the quietest 5, 2 or 1 s are taken, the first of these that is quiet
-        (unrest below 2 deg/s, mean below 10 deg/s); else the bias is not removed, a note reports
-        it, and a network with a tracker takes it for as uncertain as it is.
+        bias. By default the bias is measured over the quietest 5, 2 or 1 s, the longest of these
+        that is at rest (gyroscope scatter below 2 deg/s, mean below 10 deg/s). If there is none,
+        the bias is not removed, a note reports this, and a network with a tracker starts with a
+        larger uncertainty of the bias.
     bias_rad_s : array_like, shape (3,), optional
-        The bias itself, in the sensor frame, where it is known.
+        Known bias in the sensor frame.
     where : str
         Name of the recording, for messages.
 
@@ -114,15 +115,15 @@ def predict(
     Raises
     ------
     UserError
-        If a choice is unknown, or the recording lacks what it needs.
+        If an option is unknown, or the recording lacks required data.
 
-    Notes
+        Notes
     -----
-    The recording is first checked (`narx.recordings.plausibility`): stamps become sampling times,
-    faults become missing samples, and implausible leg motion is refused. It is then resampled to a
-    uniform clock at its own median rate and the angles back to its sampling times, both by cubic
-    splines. Gaps of up to 100 ms are interpolated across; in longer ones the network pauses, and
-    the angles continue from their last values.
+    The recording is first checked (`narx.recordings.plausibility`): time stamps are converted to
+    sampling times, faults to missing samples, and implausible leg motion is refused. It is then
+    resampled to a uniform clock at its own median rate and the angles back to its sampling times,
+    both by cubic splines. Gaps of up to 100 ms are interpolated; during longer ones the network
+    pauses, and the angles continue from their last values.
     """
     _check("frame", frame, Frame)
     _check("side", side, Side)
@@ -156,7 +157,7 @@ def predict(
         gyroscope = to_anatomical.apply(gyroscope)
     else:
         raise RecordingError(
-            f"{where}: frame={frame} needs an accelerometer to tell what is up; expected its "
+            f"{where}: frame={frame} needs an accelerometer for the vertical; expected its "
             "three columns, or frame=anatomical"
         )
     rates = clinical_rates(gyroscope, side)
@@ -219,8 +220,8 @@ def angles_from_gyroscope(
     side : {"right", "left"}
         Leg; decides the signs of abduction and internal rotation.
     start_pose : {"known", "unknown"}
-        ``known`` if the first sample is upright standing, where all angles are zero; they keep
-        that zero. ``unknown``: angles swing about zero.
+        ``known`` if the first sample is upright standing, which defines the zero of all angles.
+        ``unknown``: the angles swing about zero.
     remove_bias : bool
         Whether the gyroscope's static bias is removed; False if it already is.
     still_s : tuple of (float, float), optional
@@ -241,9 +242,9 @@ def angles_from_gyroscope(
     Raises
     ------
     UserError
-        If a choice is unknown, or the recording lacks what it needs.
+        If an option is unknown, or the recording lacks required data.
 
-    Examples
+        Examples
     --------
     >>> angles_deg = np.degrees(angles_from_gyroscope(gyroscope_rad_s, 100.0))  # doctest: +SKIP
     """

@@ -7,7 +7,7 @@ from narx.inference.checkpoint import Checkpoint, load
 
 
 def pretrained() -> Checkpoint:
-    """Load the network that ships with the package.
+    """Load the network shipped with the package.
 
     Returns
     -------
@@ -19,21 +19,21 @@ def pretrained() -> Checkpoint:
 
 
 def load_or_pretrained(path: str | os.PathLike[str] | None) -> Checkpoint:
-    """Load a checkpoint, or the network that ships with the package.
+    """Load a checkpoint, or the network shipped with the package.
 
     Parameters
     ----------
     path : path-like, optional
-        File that `narx.inference.checkpoint.save` wrote; None for the shipped network.
+        File written by `narx.inference.checkpoint.save`; None for the shipped network.
 
     Returns
     -------
     Checkpoint
-        The network and how to run it.
+        The network and its settings.
 
     Raises
     ------
     UserError
-        If the file is not there or not a checkpoint.
+        If the file does not exist or is not a checkpoint.
     """
     return pretrained() if path is None else load(path)

@@ -1,4 +1,4 @@
-"""A trained network at work: start-up, network and washout of B sensors, compiled."""
+"""Compiled recursion of a trained network: start-up, network and washout of B sensors."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +12,20 @@ from narx.types import BoolArray, FloatArray
 
 
 class NarxRecursion(Recursion):
-    """The state of B sensors whose angles one network estimates.
+    """The state of B sensors whose angles are estimated by one network.
 
     Parameters
     ----------
     model : Narx
         Trained network.
     start_up : StartUp
-        How it starts.
+        Start-up of the network.
     washout_gain : float
         From `narx.inference.washout.washout_gain`.
     n_sensors : int
-        Sensors side by side.
+        Number of sensors that run in parallel.
     initial_angles_rad : ndarray, shape (B, 3), optional
-        Known start poses; None where they are unknown.
+        Known start poses; None if they are unknown.
     """
 
     def __init__(
@@ -76,14 +76,14 @@ class NarxRecursion(Recursion):
         Parameters
         ----------
         samples : ndarray, shape (M, 3)
-            Rates about the clinical axes, rad/s, those of a sensor one after another.
+            Rates about the clinical axes, rad/s, grouped by sensor.
         first : ndarray of int, shape (B + 1,)
-            Where each sensor's samples begin.
+            Index of each sensor's first sample.
 
         Returns
         -------
         angles : ndarray, shape (M, 3)
-            rad.
+            Angles, rad.
         starting : ndarray of bool, shape (M,)
             Samples that belong to the start-up.
         """

@@ -1,4 +1,4 @@
-"""From several sensors of one session to segment angles and the joints between them."""
+"""Segment and joint angles from several sensors of one session."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,9 +25,9 @@ from narx.types import FloatArray
 
 SessionStart = Literal["auto", "known", "unknown"]
 
-# shorter than this it is not a stand
+# shortest rest, s, that counts as standing
 _MIN_REST_S = 0.5
-# segments whose axes the walk shows; a pelvis keeps the heading of its sensor
+# segments whose axes are found from walking; a pelvis keeps the heading of its sensor
 _SWINGING = ("thigh", "shank")
 
 
@@ -42,14 +42,14 @@ class SessionPrediction:
     sampling_rate_hz : float
         Its rate.
     angles_rad : mapping of str to ndarray, shape (N, 3)
-        By segment, then by joint: sagittal (flexion +), frontal (abduction +) and transverse
-        (internal rotation +) angle, rad; NaN where missing.
+        Angles of the segments, then of the joints: sagittal (flexion +), frontal (abduction +) and
+        transverse (internal rotation +), rad; NaN where missing.
     std_rad : mapping of str to ndarray, shape (N, 3)
-        Standard deviation of the error that is expected, rad, where the network knows its own.
-        Variances of two segments add up in their joint, which takes their errors as independent.
+        Predicted standard deviation of the error, rad, if the network provides it. In a joint, the
+        variances of its two segments add up, which assumes that their errors are independent.
     contacts_s : mapping of str to ndarray, shape (C,)
-        By side, times at which the foot touches the ground, on the same clock, as the thigh
-        shows them; empty where there is no walk.
+        Times of the foot contacts of each side on the same clock, detected on the thigh; empty
+        without walking.
     notes : tuple of str
         Processing applied, as text.
     """
@@ -79,40 +79,40 @@ def predict_session(
     Parameters
     ----------
     recordings : mapping of str to ImuRecording
-        By segment: ``thigh_right``, ``shank_right``, ``foot_right``, the same of the left,
-        ``pelvis``; each with an accelerometer, which shows what is up.
+        Recording of each segment: ``thigh_right``, ``shank_right``, ``foot_right``, the same for
+        the left, ``pelvis``; each with an accelerometer, which gives the vertical.
     method : NarxMethod
         Trained network.
     calibration : {"auto", "leg", "knee", "functional", "walking", "sensor"}
-        Of thighs and shanks (`narx.calibration.calibrate`). A foot is calibrated by its swing in
-        walking; a pelvis is turned upright and keeps its sensor's heading.
+        Calibration of thighs and shanks (`narx.calibration.calibrate`). A foot is calibrated by its
+        swing in walking; for a pelvis only the vertical is aligned, the heading is the sensor's.
     parts : mapping of str to mapping of str to ImuRecording, optional
         Calibration recordings by part (``standing``, ``hip_abduction_right``, ...), by segment.
     start_pose : {"auto", "known", "unknown"}
-        ``known``: the recording begins with upright standing, where all angles are zero.
-        ``auto``: it does if it begins with half a second of rest.
+        ``known``: the recording begins with upright standing, which defines zero angles.
+        ``auto``: known if the recording begins with half a second of rest.
     still_s : sequence of tuple of (float, float), optional
         Parts in which the wearer stood still, s on the first sensor's clock; by default the rests
         at the beginning and the end.
     walking_s : tuple of (float, float), optional
-        Part that is straight walking, s, to calibrate from; by default that from the rest at the
-        start to the first turn, or all of it.
+        Part with straight walking for the calibration, s; by default from the rest at the start to
+        the first turn, or the whole recording.
     align : {"auto", "stamps", "correlation"}
-        How the sensors' clocks are brought together (`narx.recordings.session_clock`).
+        How the sensors' clocks are aligned (`narx.recordings.session_clock`).
     where : str
         Name of the session, for messages.
 
     Returns
     -------
     SessionPrediction
-        All segments, and every joint both of whose segments have a sensor.
+        All segments, and all joints for which both segments have a sensor.
 
     Raises
     ------
     UserError
-        If a choice or a segment's name is unknown.
+        If an option or a segment's name is unknown.
     RecordingError
-        If a recording cannot be that of a leg, or the sensors have no time in common.
+        If a recording cannot be from a leg, or the sensors' recordings do not overlap.
     """
     if start_pose not in get_args(SessionStart):
         raise UserError(
@@ -196,7 +196,7 @@ def _on_one_clock(
     recordings: Mapping[str, ImuRecording], offsets_s: Mapping[str, float], where: str
 ) -> Trial:
     first = next(iter(recordings.values()))
-    # the digits beyond are those of time stamps written in decimals
+    # further digits are only rounding errors of time stamps written as decimals
     rate_hz = float(f"{first.sampling_rate_hz:.6g}")
     times = {segment: one.time_s + offsets_s[segment] for segment, one in recordings.items()}
     begin, end = max(t[0] for t in times.values()), min(t[-1] for t in times.values())
@@ -210,7 +210,7 @@ def _on_one_clock(
         )
         if not np.isfinite(force).all(axis=1).any():
             raise RecordingError(
-                f"{where}: '{segment}' has no accelerometer to tell what is up; expected its three "
+                f"{where}: '{segment}' has no accelerometer for the vertical; expected its three "
                 "columns"
             )
         check_gravity(force, f"{where}: {segment}")
@@ -219,7 +219,7 @@ def _on_one_clock(
 
 
 def _rests(trial: Trial, first_s: float) -> tuple[tuple[float, float], ...]:
-    """Stands at the beginning and the end."""
+    """Find the standing parts at the beginning and the end."""
     begin, end = float(trial.time_s[0]), float(trial.time_s[-1])
     rates = [imu.gyroscope_rad_s[::-1] for imu in trial.imus.values()]
     last_s = first_rest_s(rates, trial.sampling_rate_hz)
@@ -243,7 +243,7 @@ def _before_the_turn(trial: Trial, stand_s: tuple[float, float]) -> tuple[float,
 
 
 def _without_bias(trial: Trial, where: str) -> tuple[Trial, list[str]]:
-    """Take the bias from the quietest part if there is no standing part."""
+    """Remove the bias, measured in the quietest part if there is no standing part."""
     imus, notes = {}, []
     for segment, imu in trial.imus.items():
         bias, note = remove_static_bias(imu, True, None, f"{where}: {segment}")
@@ -254,7 +254,7 @@ def _without_bias(trial: Trial, where: str) -> tuple[Trial, list[str]]:
 
 
 def _calibrated(trial: Trial, mode: Mode, where: str) -> dict[str, CalibratedSegment]:
-    """Calibrate thighs and shanks together, and other segments as far as can be."""
+    """Calibrate thighs and shanks together, and the other segments as far as possible."""
     found: dict[str, CalibratedSegment] = {}
     groups: dict[Mode, list[str]] = {}
     for segment in trial.imus:

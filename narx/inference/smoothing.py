@@ -1,4 +1,4 @@
-"""A backward pass, for whole recordings.
+"""Smoothing of whole recordings by a backward pass.
 
 A recurrence with a leak uses past samples only. Its output is the leaky integral of the rate: rate
 errors persist for some seconds, and slow movement leaks away. Backwards in time, on rates of
@@ -27,7 +27,7 @@ from narx.network.cell import coupled_rates
 from narx.types import FloatArray
 
 
-def turned_round(
+def time_reversed(
     coupled: bool,
     axis_rates_rad_s: FloatArray,
     angles_rad: FloatArray,
@@ -39,11 +39,11 @@ def turned_round(
     Parameters
     ----------
     coupled : bool
-        Whether it runs on the rates of the angles.
+        Whether the recursion's inputs are the rates of the angles.
     axis_rates_rad_s : ndarray, shape (3,)
         Gyroscope about the clinical axes at that sample, as recorded, rad/s.
     angles_rad : ndarray, shape (3,)
-        Angles there.
+        Angles at that sample.
     posture_rad : ndarray, shape (3,)
         Posture, the zero of the recursion, rad.
     interval_s : float
@@ -52,8 +52,8 @@ def turned_round(
     Returns
     -------
     deviation, following_deviation, rates : ndarray, shape (3,)
-        As `narx.network.model.Narx.initial_state` takes them: deviation from the posture there and
-        one sample later, and the rate of the angles as it is backwards in time.
+        Arguments of `narx.network.model.Narx.initial_state`: deviation from the posture there and
+        one sample later, and the rate of the angles in reversed time.
     """
     rates = axis_rates_rad_s
     if coupled:
@@ -72,7 +72,7 @@ def forward_share(n_samples: int, n_start_up: int, n_settling: int, known: bool)
     n_start_up : int
         Samples before the network took over.
     n_settling : int
-        Samples in which the effect of the start fades.
+        Samples over which the effect of the start decays.
     known : bool
         Whether the start pose is known.
 

@@ -1,13 +1,13 @@
-"""The start-up: estimates the posture, the network's zero, in the first seconds.
+"""Start-up: estimation of the posture, the network's zero, in the first seconds.
 
 A gyroscope has no absolute angle, and a network with a leak towards zero forgets the mean angle of
 a walk (a knee is flexed by some 20 degrees on average). There are two cases:
 
-- The start pose is known (standing in the calibration posture). The rates are integrated, which
-  for a dozen seconds drifts little; the mean angle of early strides becomes the posture. From then
+- The start pose is known (standing in the calibration posture). The rates are integrated, with
+  little drift over a dozen seconds; the mean angle of early strides becomes the posture. From then
   on the network computes the deviation from it.
-- The start pose is unknown. The integral leaks towards zero, strongly at first and then ever less
-(the gain of a growing memory), and the posture is zero.
+- The start pose is unknown. The integral leaks towards zero, strongly at first and then less and
+  less (the gain of a growing memory), and the posture is zero.
 
 Only time in movement counts, so standing at the beginning extends the start-up. At the hand-over
 the angle is the sum of posture and deviation in both cases, so there is no jump.
@@ -36,15 +36,16 @@ class StartUp:
     duration_s : float
         Movement before the network takes over, s; 0 starts the network immediately from zero.
     averaging_s : float
-        Part of it over which the posture is averaged with a Hann window, so that all parts of a
-        stride have equal weight, s.
+        Duration of movement over which the posture is averaged with a Hann window, so that all
+        parts of a stride have equal weight, s.
     averaging_begin_s : float
-        Movement before that part, s; reduced if it would not end before the start-up does. Early,
-        because the remaining bias is integrated; not the first steps, which are not steady.
+        Movement before this window, s; reduced if the window would not end before the start-up.
+        The window is early, because the remaining bias is integrated, but excludes the first
+        steps, which are not steady.
     leak_rad_s : float
         Leak of an unknown start, rad/s.
     settling_gain : float
-        At time t that leak is larger by ``settling_gain / (t + settling_s)``.
+        At time t the leak is increased by ``settling_gain / (t + settling_s)``.
     settling_s : float
         See `settling_gain`, s.
 
@@ -75,13 +76,13 @@ class StartUp:
         Parameters
         ----------
         initial_angles_rad : ndarray, shape (3,), optional
-            Known start pose; None where it is unknown.
+            Known start pose; None if it is unknown.
 
         Returns
         -------
         ndarray, shape (14,)
             Angles (3), latest coupled rates (3), weighted sum of angles (3) and its weight,
-            time and time in movement in s, mean square of the rates, 1 where the start is known.
+            time and time in movement in s, mean square of the rates, 1 if the start is known.
         """
         state = np.zeros(STATE_SIZE)
         if initial_angles_rad is not None:
@@ -95,12 +96,12 @@ class StartUp:
         Parameters
         ----------
         state : ndarray, shape (14,)
-            From `begin`, as `run` left it.
+            From `begin`, updated by `run`.
 
         Returns
         -------
         bool
-            True once there was enough movement.
+            True once there has been enough movement.
         """
         return bool(state[MOVING_S] >= self.duration_s)
 
@@ -111,7 +112,7 @@ class StartUp:
         state: FloatArray,
         coupled: bool = True,
     ) -> FloatArray:
-        """Advance until there was enough movement, or the samples end.
+        """Advance until there has been enough movement, or the samples end.
 
         Parameters
         ----------
@@ -120,9 +121,9 @@ class StartUp:
         interval_s : float
             Sampling interval, s.
         state : ndarray, shape (14,)
-            From `begin` or an earlier piece; changed in place.
+            From `begin` or an earlier call; changed in place.
         coupled : bool
-            As the network that takes over.
+            Whether the network that takes over is coupled.
 
         Returns
         -------
@@ -150,12 +151,12 @@ class StartUp:
     def hand_over(
         state: FloatArray, interval_s: float
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Split the state for the network that takes over.
+        """Derive the initial values of the network that takes over.
 
         Parameters
         ----------
         state : ndarray, shape (14,)
-            After the last sample of the start-up.
+            State after the last sample of the start-up.
         interval_s : float
             Sampling interval, s.
 

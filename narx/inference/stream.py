@@ -1,4 +1,4 @@
-"""Any causal method on samples as they come: one sensor or many, with losses and jitter."""
+"""Run any causal method sample by sample: one or many sensors, with lost samples and jitter."""
 
 import copy
 from enum import IntEnum
@@ -13,27 +13,27 @@ from narx.types import FloatArray
 
 
 class Quality(IntEnum):
-    """What stands behind the angles of a sample."""
+    """Quality of the angles of a sample."""
 
     GOOD = 0
-    """The method as it is meant to run."""
+    """Regular operation of the method."""
     AFTER_PAUSE = 1
-    """First sample after a gap too long to bridge: what was turned in it is not in the angles."""
+    """First sample after a gap too long to interpolate; rotation during the gap is lost."""
     MISSING = 2
     """No usable sample: the angles are NaN."""
     STARTING = 3
-    """The start-up, or a leg that does not walk: rates are integrated, and errors are larger."""
+    """Start-up, or no walking: the rates are integrated, and errors are larger."""
 
 
 class Estimate(NamedTuple):
-    """What a stream answers to a sample or a block of samples.
+    """Result of a stream for a sample or a block of samples.
 
     Parameters
     ----------
     angles_rad : ndarray, shape (..., 3)
         Sagittal, frontal and transverse angle, rad; NaN where the sample is missing.
     std_rad : ndarray, shape (..., 3), or None
-        Standard deviation of their error, rad; None where the method predicts none.
+        Standard deviation of their error, rad; None if the method predicts none.
     quality : ndarray of int8, shape (...)
         A `Quality` for each sample.
     """
@@ -44,32 +44,32 @@ class Estimate(NamedTuple):
 
 
 class OrientationStream:
-    """Estimate angles sample by sample, as `OrientationMethod.estimate` does at once.
+    """Estimate angles sample by sample, as `OrientationMethod.estimate` does for whole recordings.
 
-    A stream can be pickled and copied; the copy goes on by itself. In blocks of any size and
-    cut anywhere the angles are the same, to the last bit. Lost samples (NaN) are interpolated
-    across once the next one is there, up to `narx.method.MAX_GAP_S`; in longer gaps the method
-    pauses, and one with a tracker counts the time.
+    A stream can be pickled and copied; the copy is independent. The angles do not depend on how the
+    samples are divided into blocks, to the last bit. Lost samples (NaN) are interpolated once the
+    next one has arrived, up to `narx.method.MAX_GAP_S`; in longer gaps the method pauses, and a
+    tracker accounts for the elapsed time.
 
     Parameters
     ----------
     method : OrientationMethod
         Network or baseline that runs sample by sample.
     sampling_rate_hz : float
-        Rate of the method's recursion; for a network its own. Without time stamps samples must
-        come at this rate.
+        Rate of the method's recursion, which for a network is its own. Without time stamps, samples
+        must have this rate.
     n_sensors : int, optional
-        Sensors that run side by side, as first dimension of everything; without it there is
-        one and no such dimension.
+        Number of sensors that run in parallel, the first dimension of all arrays; by default there
+        is one sensor and no such dimension.
     initial_angles_rad : array_like, shape (3,) or (n_sensors, 3), optional
-        Known start pose (upright standing is zero), rad; None where it is unknown.
+        Known start pose (upright standing is zero), rad; None if it is unknown.
 
     Raises
     ------
     MethodNotApplicableError
-        If the method needs the whole recording or runs at another rate.
+        If the method needs the whole recording or runs at a different rate.
     UserError
-        If a number is not what it must be.
+        If an argument is invalid.
 
     Examples
     --------
@@ -109,7 +109,7 @@ class OrientationStream:
         self._no_stamps = np.empty((n, 0))
 
     def update(self, sample: ArrayLike, time_s: ArrayLike | None = None) -> Estimate:
-        """Take the next sample of every sensor.
+        """Process the next sample of every sensor.
 
         Parameters
         ----------
@@ -118,14 +118,13 @@ class OrientationStream:
             method that needs it the specific force x, y, z, m/s^2 (`SegmentSignals`). NaN, or a
             rate beyond `narx.method.RATE_LIMIT_RAD_S`, is a missing sample.
         time_s : float or array_like, shape (n_sensors,), optional
-            When it was taken, s on any clock that goes on; without it samples follow one another
-            at the sampling rate. A time that is not later than the one before is a missing
-            sample.
+            Sampling time, s on any increasing clock; by default samples follow each other at the
+            sampling rate. A sample whose time is not later than the previous one is missing.
 
         Returns
         -------
         Estimate
-            For this sample.
+            Result for this sample.
         """
         values = np.array(sample, dtype=np.float64)
         if values.shape != self._of_a_sample:
@@ -137,7 +136,7 @@ class OrientationStream:
         return Estimate(angles[0, 0], None if std is None else std[0, 0], quality[0, 0])
 
     def update_block(self, samples: ArrayLike, time_s: ArrayLike | None = None) -> Estimate:
-        """Take the next samples of every sensor.
+        """Process the next samples of every sensor.
 
         Parameters
         ----------
@@ -149,12 +148,12 @@ class OrientationStream:
         Returns
         -------
         Estimate
-            For each sample.
+            Result for each sample.
 
         Raises
         ------
         UserError
-            If a shape does not fit.
+            If a shape is wrong.
         """
         values = self._in_shape(np.asarray(samples, dtype=np.float64))
         stamps = self._no_stamps if time_s is None else self._stamps(time_s, values.shape[:2])
@@ -164,7 +163,7 @@ class OrientationStream:
         return Estimate(angles[0], None if std is None else std[0], quality[0])
 
     def _in_shape(self, samples: FloatArray) -> FloatArray:
-        """Samples (B, N, C) of what was given, without what the method does not need."""
+        """Reshape samples to (B, N, C), without columns that the method does not need."""
         values = samples if self._lead else samples[None]
         n, _, n_columns = self._one
         if values.ndim == 3 and len(values) == n and values.shape[2] in (n_columns, 6):
@@ -184,17 +183,17 @@ class OrientationStream:
         return stamps
 
     def state_dict(self) -> dict[str, Any]:
-        """Take a copy of the state.
+        """Return a copy of the state.
 
         Returns
         -------
         dict
-            For `load_state_dict` of a stream made with the same arguments.
+            State for `load_state_dict` of a stream created with the same arguments.
         """
         return copy.deepcopy(vars(self))
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go on from a copied state.
+        """Continue from a copied state.
 
         Parameters
         ----------
@@ -204,8 +203,8 @@ class OrientationStream:
         Raises
         ------
         UserError
-            If it is that of a stream of another kind.
+            If it is the state of a stream with different arguments.
         """
         if set(state) != set(vars(self)) or state["_lead"] != self._lead:
-            raise UserError("the state is that of another kind of stream")
+            raise UserError("the state belongs to a stream with different arguments")
         vars(self).update(copy.deepcopy(state))

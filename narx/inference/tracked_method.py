@@ -1,4 +1,4 @@
-"""A trained network that learns the posture as it goes (`narx.inference.tracker`)."""
+"""A trained network with a tracker of posture and bias (`narx.inference.tracker`)."""
 
 from dataclasses import replace
 
@@ -22,17 +22,17 @@ _DOUBTFUL_BIAS_DEG_S = 2.0
 
 
 class TrackedNarxMethod(NarxMethod):
-    """Run a trained network about a posture that is tracked, with a standard deviation a sample.
+    """Run a trained network about a tracked posture, with a standard deviation for each sample.
 
     Parameters
     ----------
     model : Narx
         Trained network, coupled and odd.
     tracker : PostureTracker
-        Parameters of the filter beside it.
+        Parameters of the Kalman filter.
     smoothing : bool
-        Run backwards as well and average by the variances: smaller errors, whole recordings
-        only.
+        Also run backwards, and average both passes weighted by their variances: smaller errors,
+        whole recordings only.
     """
 
     def __init__(self, model: Narx, tracker: PostureTracker, smoothing: bool = False) -> None:
@@ -48,7 +48,7 @@ class TrackedNarxMethod(NarxMethod):
         Parameters
         ----------
         signals : SegmentSignals
-            Calibrated signals; NaN where missing. How long a gap lasts counts.
+            Calibrated signals; NaN where missing. The duration of gaps is taken into account.
 
         Returns
         -------
@@ -68,22 +68,22 @@ class TrackedNarxMethod(NarxMethod):
         Returns
         -------
         ndarray, shape (N, 3)
-            rad; NaN where a sample is missing.
+            Standard deviation, rad; NaN where a sample is missing.
         """
         return self._follow(signals).std_rad * np.array(self.tracker.std_scale)
 
     @property
     def takes_over(self) -> str:
         """When the network takes over from the integration, as text."""
-        return "after the first swing of a leg that walks"
+        return "after the first swing of the leg in walking"
 
     def with_doubtful_bias(self) -> "TrackedNarxMethod":
-        """Return the method for a recording whose gyroscope bias is not known.
+        """Return the method for a recording whose gyroscope bias is unknown.
 
         Returns
         -------
         TrackedNarxMethod
-            With a standard deviation of the bias of at least 2 deg/s.
+            The method with a standard deviation of the bias of at least 2 deg/s.
         """
         tracker = replace(
             self.tracker,
@@ -93,7 +93,7 @@ class TrackedNarxMethod(NarxMethod):
         return TrackedNarxMethod(self.model, tracker, self.smoothing)
 
     def starting(self, signals: SegmentSignals) -> BoolArray:
-        """Tell where the rates were integrated, not carried by the network.
+        """Return the samples at which the rates were integrated without the network.
 
         Parameters
         ----------
@@ -103,7 +103,7 @@ class TrackedNarxMethod(NarxMethod):
         Returns
         -------
         ndarray of bool, shape (N,)
-            True before a leg walks and where it does not; False at missing samples.
+            True before walking and between walks; False at missing samples.
         """
         followed = self._follow(signals)
         return ~followed.by_network & np.isfinite(followed.angles_rad).all(axis=1)
@@ -137,7 +137,7 @@ class TrackedNarxMethod(NarxMethod):
         time_s = np.arange(n) * signals.interval_s
         pieces = contiguous_pieces(time_s, there, 1.5 * signals.interval_s)
         conversions = [RateConversion(inputs[p], signals.sampling_rate_hz, rate_hz) for p in pieces]
-        # each piece has a clock of its own that begins with it; gaps keep their length
+        # each piece has its own clock, which starts with it; gaps keep their length
         rows: list[FloatArray] = []
         begins: list[int] = []
         n_joined = 0
@@ -165,26 +165,26 @@ class TrackedNarxMethod(NarxMethod):
     def recursion(
         self, sampling_rate_hz: float, n_sensors: int, initial_angles_rad: FloatArray | None
     ) -> Recursion:
-        """Start the method for use as samples come (`narx.inference.stream`).
+        """Start the method for use sample by sample (`narx.inference.stream`).
 
         Parameters
         ----------
         sampling_rate_hz : float
-            The network's rate.
+            Sampling rate, which must be the network's.
         n_sensors : int
-            Sensors that run side by side.
+            Number of sensors that run in parallel.
         initial_angles_rad : ndarray, shape (n_sensors, 3), optional
-            Known start poses; None where they are unknown.
+            Known start poses; None if they are unknown.
 
         Returns
         -------
         Recursion
-            Gives the angles that `estimate` gives; a missing sample counts as time that passed.
+            Recursion that gives the same angles as `estimate`; missing samples advance its time.
 
         Raises
         ------
         MethodNotApplicableError
-            If the rate is not the network's, or smoothing is asked for.
+            If the rate is not the network's, or with smoothing.
         """
         if not np.isclose(sampling_rate_hz, self.model.sampling_rate_hz, rtol=1e-6):
             raise MethodNotApplicableError(

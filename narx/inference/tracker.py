@@ -4,24 +4,24 @@ A gyroscope has no absolute angle. The walking leg provides one: it returns, so 
 swing is that of the posture, and its mean rate is zero. A small Kalman filter (Kalman, J. Basic
 Eng. 82, 1960) makes use of both::
 
-    angle' = rate(gyroscope - bias, angle) + noise        carried by the network while a leg walks
-    centre' = -centre / posture_time + noise              about which the angle swings
+    angle' = rate(gyroscope - bias, angle) + noise        propagated by the network in walking
+    centre' = -centre / posture_time + noise              centre of the swing
     bias' = noise
     mean angle over a swing = centre + lean * mean turn rate + noise
 
 The last line is a measurement once per swing, so that the swing itself is not mistaken for drift.
 `lean` is the lean of the body into a turn, frontal angle per turn rate: speed divided by the
-acceleration of gravity. In a turn, an error of the tilt moves from plane to plane and the posture
-does not, which tells the two apart; this is the only way in which the covariance couples the
-planes, since smaller movements would add more systematic error than information.
+acceleration of gravity. In a turn, a tilt error rotates from one plane into the other while the
+posture does not, which separates the two; the covariance couples the planes only in turns, since
+smaller movements would add more systematic error than information.
 
-Movement other than gait is recognised by the swing: one that does not return, or lasts much longer
-or shorter than the previous one, has less weight (`return_sd_deg`, `period_share`). Two that agree
-on a posture far from the expected one reset its uncertainty. Without a swing for `idle_s` there is
-no correction: the rates are integrated, and the standard deviation grows. At rest the mean rate is
-the bias.
+Movement other than gait is recognised by the swing: a swing that does not return, or is much longer
+or shorter than the previous one, has less weight (`return_sd_deg`, `period_share`). Two successive
+swings that agree on a posture far from the expected one reset its uncertainty. Without a swing for
+`idle_s` there is no correction: the rates are integrated, and the standard deviation grows. At rest
+the mean rate measures the bias.
 
-With an accelerometer (`aided`) the specific force, turned level, is integrated to a velocity,
+With an accelerometer (`aided`), the horizontal specific force is integrated to a velocity,
 which is bounded in walking: forward about `speed_m_s`, sideways about zero. A wrong tilt makes it
 diverge, which gives the correction. Two parameters, `forward_sd_m_s` and `sideways_sd_m_s`, set the
 weight of the accelerometer.
@@ -39,28 +39,29 @@ from narx.types import FloatArray
 
 # time constant of the turn rate: shorter than a turn, longer than the leg's own rotation
 _TURN_TIME_S = 0.5
-# slower than this (23 deg/s) is not a turn
+# lower limit of the turn rate (23 deg/s) in a turn
 _TURN_LEAST_RAD_S = 0.4
-# of the swing, and of how long a large one raises what the next must reach a share of
+# time constants of the swing angle's high-pass and of the decay of the largest recent swing; the
+# share of the latter that the next swing must reach
 _SWING_TIME_S, _SPAN_TIME_S, _SPAN_SHARE = 0.2, 0.6, 0.2
 # residuals beyond three standard deviations are outliers
 _OUTLIER = 9.0
-# so many good swings make an odd one speak for a new posture rather than for a wrong angle
+# after this number of good swings, an outlier indicates a new posture rather than a wrong angle
 _EARLY_SWINGS = 5.0
-# rest: the rate, averaged over half a second, varies by less than 1.5 deg/s
+# rest: over half a second, the rate varies by less than 1.5 deg/s
 _REST_TIME_S, _REST_RAD_S = 0.5, math.radians(1.5)
 
 
 @dataclass(frozen=True)
 class PostureTracker:
-    """Parameters of the filter beside the network.
+    """Parameters of the Kalman filter that runs with the network.
 
     Parameters
     ----------
     angle_noise_deg : float
         Growth of the angle's uncertainty in one second, deg / sqrt(s).
     rate_noise : float
-        The same as a share of the rate (scale and alignment of the gyroscope), 1 / sqrt(s).
+        The same, relative to the rate (scale and alignment of the gyroscope), 1 / sqrt(s).
     start_sd_deg : float
         Standard deviation of the angle at an unknown start.
     known_start_sd_deg : float
@@ -74,18 +75,17 @@ class PostureTracker:
     bias_sd_deg_s : float
         Standard deviation of the remaining gyroscope bias at an unknown start.
     known_bias_sd_deg_s : float
-        The same if the start pose is known: who stands in it has the bias measured there.
+        The same if the start pose is known, because the bias is then measured in standing.
     bias_noise_deg_s : float
         Drift of the bias, deg/s / sqrt(s).
     lean_deg_s, lean_sd_deg_s : float
         Lean into a turn, degrees per rad/s, and its standard deviation among people.
     swing_sd_deg : tuple of three floats
-        By how much the mean angle of a swing differs from the posture, sagittal, frontal,
-        transverse.
+        Standard deviation of a swing's mean angle about the posture: sagittal, frontal, transverse.
     return_sd_deg : float
-        Beyond this the two ends of a swing do not agree.
+        Difference between the two ends of a swing that doubles its measurement variance.
     period_share : float
-        Beyond this share the duration of a swing is not that of the one before.
+        Relative difference between the durations of successive swings that adds as much.
     swing_least_deg : float
         Smaller swings are ignored.
     idle_s : float
@@ -93,9 +93,10 @@ class PostureTracker:
     known_enough_deg : float
         The network propagates the angle once the posture's standard deviation is below this.
     forward_sd_m_s, sideways_sd_m_s : float
-        Standard deviation of the velocity's mean over a second, m/s; aided only, as what follows.
+        Standard deviation of the mean velocity over a second, m/s; this and the following only
+        with `aided`.
     speed_m_s : float
-        Mean velocity forward.
+        Mean forward velocity.
     velocity_noise_m_s : float
         Growth of the velocity's uncertainty in one second, m/s / sqrt(s).
     aided : bool
@@ -165,7 +166,7 @@ class PostureTracker:
         Returns
         -------
         ndarray, shape (PARAMETERS,)
-            By the names in `narx.kernels.tracker`, in rad, s and m.
+            In the order of the names in `narx.kernels.tracker`, in rad, s and m.
         """
         dt = 1.0 / model.sampling_rate_hz
         decay = math.exp(-dt / self.posture_time_s)

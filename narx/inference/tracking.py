@@ -92,7 +92,7 @@ class Tracking:
             variances += [1.0, 1.0]
         self.covariance = np.diag(variances)
         self.scalars = np.zeros(kernel.SCALARS)
-        self.scalars[kernel.UNREST] = 1.0
+        self.scalars[kernel.SCATTER] = 1.0
         self.scalars[kernel.IDLE] = tracker.idle_s
         self.scalars[kernel.KNOWN] = float(known)
         self.rates = np.zeros((3, max(input_lags - 1, 1)))
@@ -132,7 +132,7 @@ class Tracking:
         )  # fmt: skip
         return Tracked(angles, np.sqrt(np.maximum(variances, 0.0)), by_network)
 
-    def turned_round(self) -> "Tracking":
+    def time_reversed(self) -> "Tracking":
         """Return a tracker that runs backwards in time from the current state.
 
         Returns
@@ -147,7 +147,7 @@ class Tracking:
         back.parameters = self.parameters.copy()
         back.parameters[kernel.SPEED] *= -1.0
         back.scalars = np.zeros(kernel.SCALARS)
-        back.scalars[kernel.UNREST] = 1.0
+        back.scalars[kernel.SCATTER] = 1.0
         back.scalars[kernel.KNOWN] = self.scalars[kernel.KNOWN]
         back.rates = -self.rates
         steps = np.arange(self.past.shape[1]) * self.parameters[kernel.INTERVAL]
@@ -179,7 +179,7 @@ def follow(tracking: Tracking, inputs: FloatArray, aided: bool, smoothing: bool)
     forward = tracking.follow(rates, force)
     if not smoothing:
         return forward
-    back = tracking.turned_round().follow(-rates[::-1], force[::-1]).reversed()
+    back = tracking.time_reversed().follow(-rates[::-1], force[::-1]).reversed()
     weight = forward.std_rad**-2 / (forward.std_rad**-2 + back.std_rad**-2)
     return Tracked(
         weight * forward.angles_rad + (1.0 - weight) * back.angles_rad,

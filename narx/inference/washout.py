@@ -1,4 +1,4 @@
-"""A slow mean subtracted from the network's output, which removes the effect of a drifting bias.
+"""Washout: subtract a slow mean of the network's output, to remove the effect of bias drift.
 
 A gyroscope's bias changes by hundredths of a degree per second within an hour, and a leak turns
 that into tenths of a degree. Walking has no such slow component: the angle swings about the posture
@@ -8,9 +8,9 @@ a time constant of minutes, and that mean is subtracted::
     m_k = m_{k-1} + g (d_k - m_{k-1}),  g = interval / (washout + interval)
     angle_k = posture + d_k - m_k
 
-with d the deviation from the posture, backward Euler of a high-pass of the first order. The mean
-is zero when the network takes over, so there is no jump; a constant rate has no lasting effect; the
-feedback of the network, and the tilt that couples the axes, are unchanged.
+with d the deviation from the posture: the backward Euler form of a first-order high-pass filter.
+The mean is zero when the network takes over, so there is no jump. A constant rate has no lasting
+effect. The feedback of the network, and the tilt that couples the axes, are unchanged.
 """
 
 import numpy as np
@@ -19,12 +19,12 @@ from scipy.signal import lfilter
 from narx.errors import UserError
 from narx.types import FloatArray
 
-# long compared with events of a walk (a turn, a slope, a rest), short compared with an hour
+# long compared with events in a walk (a turn, a slope, a rest), short compared with an hour
 WASHOUT_S = 300.0
 
 
 def washout_gain(washout_s: float | None, interval_s: float) -> float:
-    """Weight of a sample in the slow mean.
+    """Compute the weight of a sample in the slow mean.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Compiled recurrences: everything that runs once per sample."""
+"""Compiled recurrences: all code that runs once per sample."""

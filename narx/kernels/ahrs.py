@@ -1,7 +1,7 @@
 """Madgwick's and Mahony's filters with gyroscope and accelerometer.
 
-The same numbers as the Python library `ahrs` 0.4, which takes 50 microseconds per sample; tests
-compare the two. Quaternions are w, x, y, z of the sensor in a world with z up.
+They reproduce the Python library `ahrs` 0.4, which takes 50 microseconds per sample; tests compare
+the two. Quaternions are w, x, y, z of the sensor in a world frame with z up.
 """
 
 from typing import Any

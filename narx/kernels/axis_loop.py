@@ -36,7 +36,7 @@ def run(
     """Run sequences `first` to `last`: weights (B or 1, P), inputs (B, N, C), state (B, S)."""
     n_hidden, n_inputs, n_in, n_out = len(shape[0]), len(shape[1]), len(shape[2]), len(shape[3])
     width = len(lanes)
-    # without sensitivities there is room for longer tiles: the cost of gathering is per tile
+    # without sensitivities there is room for longer tiles, which cost less: gathering is per tile
     tile = max(TILE_COLUMNS // width, 64)
     n_samples = outputs.shape[1]
     sequence = np.zeros(width, np.int64)
@@ -135,7 +135,7 @@ def adjoint(
                             w = load(lanes, packed, (j * n_features + i * n_inputs + c, 0))
                             e = e + w * load(lanes, rows, (bias + j, lead + at))
                         e = load(lanes, ask_x, (i, c, 0)) + g * e
-                        if i == 0:  # no earlier sample uses it: its column is free
+                        if i == 0:  # not used by earlier samples, so its column is free
                             store(lanes, x, (c, (t + n_in - 1) * width), e)
                         else:
                             store(lanes, ask_x, (i - 1, c, 0), e)

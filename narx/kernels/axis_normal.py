@@ -136,7 +136,7 @@ def residuals(
     n_out: Any,
     width: Any,
 ) -> None:
-    """Put output minus target into a row (NaN where the target is missing)."""
+    """Write output minus target to a row (NaN where the target is missing)."""
     # one-dimensional, so that the compiler can tell that elements are contiguous
     output, error = out[0, n_out * width :], rows[row, head(n_out, width) :]
     if width == 1:

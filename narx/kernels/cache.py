@@ -1,4 +1,4 @@
-"""Cache of machine code on disk that is never stale and never causes a failure.
+"""Cache of machine code on disk that is never stale and never causes errors.
 
 Numba checks the file of the function it loads, not the files of the functions it calls, so machine
 code would be stale after a change to a helper. Here the stamp of every kernel is a digest of this
@@ -75,7 +75,7 @@ class _KernelCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
-        except Exception:  # a damaged pickle may raise anything
+        except Exception:  # a damaged pickle may raise any exception
             try:
                 self.flush()
             except OSError:
@@ -85,13 +85,13 @@ class _KernelCache(FunctionCache):
     def save_overload(self, sig: Any, data: Any) -> None:
         try:
             super().save_overload(sig, data)
-        except OSError:  # the disk is full, or the folder has lost its permissions
+        except OSError:  # disk full, or folder no longer writable
             self.disable()
             _warn_of_no_cache()
 
 
 def keep_on_disk(dispatcher: Any) -> None:
-    """Cache a compiled function on disk, if there is a folder for it.
+    """Cache a compiled function on disk, if there is a writable folder.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From samples as they come, with losses and jitter, to the ticks of a uniform clock."""
+"""Interpolate samples with losses and jitter to the ticks of a uniform clock."""
 
 import math
 from typing import Any
@@ -8,22 +8,22 @@ import numpy as np
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
 from narx.kernels.limits import COS_FRONTAL_MIN
 
-# columns of the clock's state: whether there was a sample yet, time since the latest one, time by
-# which that one was past its tick, and the latest time stamp, s
+# columns of the clock's state: whether there has been a sample, time since the latest one, time
+# from the newest tick to that sample, and the latest time stamp, s
 SEEN, SINCE, PAST, STAMP = 0, 1, 2, 3
 CLOCK = 4
 LARGEST = 1.7e308
-# a sample this close to a tick, in intervals, is on it
+# a sample closer to a tick than this, in intervals, counts as on the tick
 ON_TICK = 1e-3
-# of a sample, as `narx.inference.stream.Quality`
+# quality of a sample, as `narx.inference.stream.Quality`
 ARRIVED, AFTER_PAUSE, MISSING, STARTING = 0, 1, 2, 3
 
 
 @compiled(**EXACT_INNER)
 def usable(sample: Any, limit: float) -> bool:
-    """Tell a sample from a missing one."""
+    """Return whether a sample is not missing."""
     for c in range(len(sample)):  # noqa: SIM110 - the compiler has no generators
-        # NaN is not below the limit either
+        # negated, so that NaN counts as missing
         if not abs(sample[c]) <= (limit if c < 3 else LARGEST):
             return False
     return True
@@ -31,9 +31,9 @@ def usable(sample: Any, limit: float) -> bool:
 
 @compiled(**EXACT_INNER)
 def passed_s(stamps: Any, b: int, k: int, interval: float, clock: Any) -> float:
-    """Time since the sample before; 0 or NaN after a stamp that does not go on.
+    """Time since the previous sample; 0 or NaN for a time stamp that does not increase.
 
-    stamps (B, N), s, or (B, 0) where samples follow one another at the sampling rate.
+    stamps (B, N), s, or (B, 0) if samples follow each other at the sampling rate.
     """
     if stamps.shape[1] == 0:
         return interval
@@ -59,14 +59,14 @@ def arrive(
     lost_most: int,
     clock: Any,
 ) -> tuple[int, int, int, float, float]:
-    """Bring the clock (4,) to a sample.
+    """Advance the clock (4,) to a sample.
 
-    Returns the arrival; ticks that were lost in a gap longer than `max_gap`, `lost_most` at most;
-    ticks that are due after them, none where the sample is missing; the time by which the sample
-    came after the last of these; and the time since the sample before.
+    Returns the arrival; the number of ticks lost in a gap longer than `max_gap`, at most
+    `lost_most`; the number of ticks due after them, none if the sample is missing; the time from
+    the last of these to the sample; and the time since the previous sample.
     """
     if passed > 0.0:
-        # an endless pause is as good as one a little too long
+        # limited, since any pause beyond the maximum has the same effect
         most = max(2.0 * max_gap, (lost_most + 2) * interval)
         clock[SINCE] = min(clock[SINCE] + passed, most)
     if not passed > 0.0 or not usable(sample, limit):
@@ -89,7 +89,7 @@ def arrive(
 
 @compiled(**EXACT_INNER)
 def interpolate(sample: Any, latest: Any, back: float, tick: Any) -> None:
-    """Fill a tick that lies before the sample by a share of the time since the latest one."""
+    """Interpolate a tick that precedes the sample by a share of the time since the latest one."""
     for c in range(len(sample)):
         tick[c] = sample[c]
         if back != 0.0:
@@ -110,15 +110,15 @@ def lay_out(
     past: Any,
     arrival: Any,
 ) -> Any:
-    """Interpolate samples (B, N, C) at the ticks between them, along straight lines.
+    """Interpolate samples (B, N, C) linearly at the ticks between them.
 
-    stamps: as `passed_s` takes them. Missing are samples that are not finite, whose first three
-    columns go beyond `limit`, or whose stamp does not go on. A tick is a multiple of `interval`.
-    In more than `max_gap` without a sample the clock stands still but for `lost_most` ticks, which
-    are NaN: the next sample is the next tick. State, changed in place: latest (B, C), the latest
-    sample; clock (B, 4). Filled (B, N): tick_of, the newest tick at each sample (-1: that of an
-    earlier call); past, the time since it; arrival. Returns ticks (M, C), those of a sensor one
-    after another, and first (B + 1,), where each sensor's begin.
+    stamps: as for `passed_s`. A sample is missing if it is not finite, if one of its first three
+    columns exceeds `limit`, or if its stamp does not increase. Ticks are multiples of `interval`.
+    During more than `max_gap` without a sample the clock is paused, except for up to `lost_most`
+    ticks, which are NaN: the next sample is the next tick. State, changed in place: latest (B, C),
+    the latest sample; clock (B, 4). Filled (B, N): tick_of, the newest tick at each sample (-1:
+    from an earlier call); past, the time since; arrival. Returns ticks (M, C), grouped by sensor,
+    and first (B + 1,), the index of each sensor's first tick.
     """
     n_sensors, n_samples, n_columns = samples.shape
     ticks = np.empty((n_sensors * n_samples + 8, n_columns))
@@ -162,10 +162,11 @@ def collect(
     starting: Any,
     quality: Any,
 ) -> None:
-    """Fill angles (B, N, 3) and starting (B, N) at the samples; past a tick they turn on.
+    """Fill angles (B, N, 3) and starting (B, N) at the samples, integrating past the newest tick.
 
-    quality (B, N) comes as `lay_out` filled it and leaves as that of the angles. State, changed in
-    place: latest_angles (B, 3) and latest_starting (B,) at the newest tick.
+    quality (B, N) is changed from that of the samples, as filled by `lay_out`, to that of the
+    angles. State, changed in place: latest_angles (B, 3) and latest_starting (B,) at the newest
+    tick.
     """
     n_sensors, n_samples = tick_of.shape
     for b in range(n_sensors):
@@ -188,7 +189,7 @@ def collect(
 
 @compiled(**EXACT_INNER)
 def turn_on(start: Any, sample: Any, duration: float, angles: Any) -> None:
-    """Fill angles (3,): turned from `start` for less than a tick at the rates of a sample."""
+    """Fill angles (3,): `start`, advanced for less than a tick at the rates of a sample."""
     sin_s, cos_s = np.sin(start[0]), np.cos(start[0])
     sin_f, cos_f = np.sin(start[1]), np.cos(start[1])
     if abs(cos_f) < COS_FRONTAL_MIN:

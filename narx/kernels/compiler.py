@@ -1,8 +1,8 @@
 """Compilation of this folder's functions, and the fallback where numba is unavailable.
 
 `compiled` is the package's only use of the compiler. Without numba, or with `NUMBA_DISABLE_JIT`,
-functions stay plain Python: the same numbers, more slowly. Explicit vectors (`narx.kernels.lanes`)
-do not work then, and `narx.kernels.loops` selects plain torch for the networks.
+functions remain plain Python: the same results, but slower. Explicit vectors (`narx.kernels.lanes`)
+do not work in that case, and `narx.kernels.loops` selects plain torch for the networks.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ except Exception as error:
 else:
     _keep, UNSUPPORTED = keep_on_disk, ""
 
-# exactly the operations as written
+# exactly the operations in the source
 EXACT: dict[str, Any] = {"cache": True, "nogil": True}
 EXACT_INNER: dict[str, Any] = {"nogil": True}
 
@@ -34,7 +34,7 @@ JIT: dict[str, Any] = {
     "cache": True,
     "nogil": True,
     "error_model": "numpy",  # the check for division by zero would block vectorisation
-    "fastmath": {"contract"},  # fused multiply-add, but NaN stays NaN and order stays order
+    "fastmath": {"contract"},  # allow fused multiply-add, but keep NaN and the order of operations
 }
 
 # functions called only by kernels: no Python entry point, cached with their callers

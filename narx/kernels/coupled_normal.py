@@ -168,7 +168,7 @@ def count(
     counted: Any,
     n_axes: int,
 ) -> None:
-    """Put residuals into their row, and the root of every column's weight (zero: not used)."""
+    """Fill the row of residuals, and the root of every column's weight (zero: not used)."""
     width = len(group)
     for lane in range(width):
         q = group[lane, 0]

@@ -1,7 +1,7 @@
 """One tile of three coupled axes: the estimated tilt converts the gyroscope's rates.
 
-The tilt is extrapolated to the time of the sample, ``2 p_{k-1} - p_{k-2}`` (`ahead`): with that of
-the previous sample, correlated tilt and turn would act like a bias of 0.1 deg/s at 100 Hz.
+The tilt is extrapolated to the time of the sample, ``2 p_{k-1} - p_{k-2}`` (`ahead`): with the tilt
+of the previous sample, correlated tilt and turn would act like a bias of 0.1 deg/s at 100 Hz.
 
 Layout as in `narx.kernels.axis_tile`, with the axis first: gyroscope ``u``, inputs of the network
 ``v`` and their derivatives ``tilting`` by the earlier tilt have ``input_lags - 1`` samples before

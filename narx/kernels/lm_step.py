@@ -1,7 +1,7 @@
 """One Levenberg-Marquardt iteration for many starts: the damped steps, and their acceptance.
 
 Compiled, since with one start the overhead of numpy on tiny arrays would otherwise take as long as
-the whole recording.
+running the whole recording.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ import numpy as np
 
 from narx.kernels.compiler import INNER, JIT, compiled
 
-# reasons for stopping a start, or not; named in `narx.training.least_squares.stopping`
+# reasons for stopping a start (or none); named in `narx.training.least_squares.stopping`
 RUNNING, GRADIENT, STEP, COST_CHANGE, COST, EVALUATIONS, DAMPING, NOT_FINITE = range(8)
 _TINY = float(np.finfo(float).tiny)
 

@@ -1,7 +1,7 @@
-"""Normal equations of the one-step fit to lagged windows: every window on its own.
+"""Normal equations of the one-step fit to lagged windows, which are independent of each other.
 
-A column is a window; consecutive windows fill a vector, so nothing is carried from one to the
-next and starts need not run in step.
+A column is a window, and consecutive windows fill a vector: nothing is carried from one window to
+the next, and starts need not run in lockstep.
 """
 
 from typing import Any
@@ -30,7 +30,7 @@ def one_step_products(
     """Fill sums (R * parts, K, K, 8) from `first` to `last` with products of rows.
 
     weights (R, P), features (F, M), targets (M,), roots (M,): square roots of the windows'
-    weights, zero where there is none; M is a multiple of eight and cut in parts of `part`
+    weights, zero for padding; M is a multiple of eight and split into parts of `part`
     windows. Entry ``r * parts + q`` of sums belongs to start r and part q; row P is the
     residuals'.
     """

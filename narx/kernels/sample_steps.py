@@ -1,4 +1,4 @@
-"""Start-up, network and washout, sample by sample, of many sensors one after another."""
+"""Start-up, network and washout, sample by sample, for many sensors in sequence."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ def turned(u_s: float, u_f: float, u_t: float, sagittal: float, frontal: float) 
 def start_network(
     start: Any, interval: float, scales: Any, n_past: int, posture: Any, deviation: Any, state: Any
 ) -> None:
-    """Put the network into the state of one that had followed the start-up; deviation (2, 3)."""
+    """Set the network's state as if it had run during the start-up; deviation (2, 3)."""
     split_for_network(start, interval, posture, deviation[0], deviation[1])
     for axis in range(3):
         scale = scales[axis]
@@ -125,9 +125,9 @@ def run_method(
     starting: Any,
     shape: Any,
 ) -> None:
-    """Advance B sensors; those of sensor b are samples ``first[b]`` to ``first[b + 1]``.
+    """Advance B sensors; sensor b has the samples ``first[b]`` to ``first[b + 1]``.
 
-    start_up: its numbers, as `run_start_up` takes them. Changed in place: start (B, 14),
+    start_up: its parameters, as for `run_start_up`. Changed in place: start (B, 14),
     taken_over (B,), posture (B, 3), state (B, 3, S), mean (B, 3). Filled: angles (M, 3), starting
     (M,).
     """

@@ -36,7 +36,7 @@ def run_start_up(
 ) -> int:
     """Fill angles (N, 3) from rates (N, 3) until there was enough movement; return their number.
 
-    state (14,) as `narx.inference.start_up.StartUp.begin` makes it is changed in place.
+    state (14,), created by `narx.inference.start_up.StartUp.begin`, is changed in place.
     """
     known = state[KNOWN] > 0.0
     rate, tilt = np.empty(3), np.empty(3)
@@ -84,7 +84,7 @@ def run_start_up(
 def split_for_network(
     state: Any, interval: float, posture: Any, deviation: Any, earlier: Any
 ) -> None:
-    """Fill what the network goes on from (3,): posture, deviation from it now and a sample ago."""
+    """Fill the network's initial values (3,): posture, deviation from it now and a sample ago."""
     known = state[KNOWN] > 0.0 and state[POSTURE_WEIGHT] != 0.0
     for axis in range(3):
         posture[axis] = state[6 + axis] / state[POSTURE_WEIGHT] if known else 0.0

@@ -15,7 +15,7 @@ def compose_turns(start: Any, turns: Any) -> Any:
     for k in range(len(turns)):
         x, y, z = turns[k]
         angle = np.sqrt(x * x + y * y + z * z)
-        # sin(angle / 2) / angle, by its series where the quotient loses digits
+        # sin(angle / 2) / angle, by its series where the quotient would lose precision
         scale = np.sin(0.5 * angle) / angle if angle > 1e-6 else 0.5 - angle * angle / 48.0
         c, x, y, z = np.cos(0.5 * angle), scale * x, scale * y, scale * z
         w0, x0, y0, z0 = out[k]

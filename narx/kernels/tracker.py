@@ -1,8 +1,8 @@
-"""Network and Kalman filter in one recurrence: angles, the posture they swing about, and the bias.
+"""Network and Kalman filter in one recurrence: angles, mean posture, and gyroscope bias.
 
-The network carries the angles from sample to sample while a leg walks; a small Kalman filter
-beside it says how far to trust them, and corrects angles, posture and bias once a swing of the
-leg. `narx.inference.tracker.PostureTracker` has the model and the parameters.
+The network propagates the angles from sample to sample during walking; a small Kalman filter
+estimates their covariance, and corrects angles, posture and bias once per swing of the leg.
+`narx.inference.tracker.PostureTracker` has the model and the parameters.
 """
 
 import math
@@ -14,20 +14,20 @@ from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
 from narx.kernels.kalman import measure, spread
 from narx.kernels.limits import COS_FRONTAL_MIN
 
-# what the filter estimates; the last two with an accelerometer only
+# states of the filter; the last two only with an accelerometer
 ANGLES, CENTRE, BIAS, LEAN, VELOCITY = 0, 3, 6, 9, 10
 GYROSCOPE_STATES, AIDED_STATES = 10, 12
-# centre, bias and lean stay as they are from sample to sample
+# centre, bias and lean are constant from sample to sample
 CONSTANT = VELOCITY - CENTRE
 
-# scalars beside it: turn rate, swing and its turning points, clocks, sums over the swing, rest
+# further scalars: turn rate, swing and its turning points, timers, sums over the swing, rest
 (
-    TURN, SWING, HIGH, LOW, SPAN, RISING, SINCE, IDLE, PERIOD, TRUST, UNREST, MISSING, SAMPLES,
+    TURN, SWING, HIGH, LOW, SPAN, RISING, SINCE, IDLE, PERIOD, TRUST, SCATTER, MISSING, SAMPLES,
 ) = range(13)  # fmt: skip
 SUM_ANGLES, SUM_TURN, BEFORE, ODD, MEAN_RATE, KNOWN = 13, 16, 17, 19, 22, 25
 SCALARS = 26
 
-# parameters, each for one sample where it is a rate
+# parameters; rates are per sample
 (
     INTERVAL, LEAK, ANGLE_NOISE, RATE_NOISE, CENTRE_DECAY, CENTRE_NOISE, BIAS_NOISE,
     START_VARIANCE, KNOWN_ENOUGH, TURN_GAIN, TURN_LEAST, SWING_DECAY, SPAN_DECAY, SPAN_SHARE,
@@ -41,13 +41,13 @@ PARAMETERS = 32
 SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
 # a longer gap leaves no more of the angle than this one
 LONGEST_GAP_S = 1.0
-# no gyroscope of today is off by more
+# larger than the bias of any current gyroscope
 MOST_BIAS_RAD_S = math.radians(10.0)
 
 
 @compiled(**EXACT_INNER)
 def _propagate(covariance: Any, change: Any, decay: float, moved: Any) -> None:
-    """Carry the covariance over one sample: x <- (1 + change) x, two centres times `decay`."""
+    """Propagate the covariance over one sample: x <- (1 + change) x, two centres times `decay`."""
     n = len(covariance)
     if decay != 1.0:
         for i in range(CENTRE, CENTRE + 2):
@@ -120,10 +120,10 @@ def _advance(
     past: Any,
     works: bool,
 ) -> tuple[float, float]:
-    """Carry the angles over one sample; return the turn rate and the cosine of the frontal angle.
+    """Propagate the angles over one sample; return turn rate and cosine of the frontal angle.
 
-    own (3,): gyroscope without bias; rates (3, lags): of the angles before; past (3, lags):
-    angles before, newest first. Without the network, the trapezoidal rule.
+    own (3,): gyroscope without bias; rates and past (3, lags): past rates of the angles and past
+    angles, newest first. Without the network, the trapezoidal rule is used.
     """
     dt = p[INTERVAL]
     n_out = past.shape[1]
@@ -163,7 +163,7 @@ def _advance(
 
 @compiled(**EXACT_INNER)
 def _swing_ends(own_sagittal: float, s: Any, p: Any) -> bool:
-    """Follow the swing of the leg; True where a forward swing has just been turned round."""
+    """Track the swing of the leg; return True when a forward swing has just reversed."""
     s[SWING] = (s[SWING] + p[INTERVAL] * own_sagittal) / p[SWING_DECAY]
     s[HIGH], s[LOW] = max(s[HIGH], s[SWING]), min(s[LOW], s[SWING])
     s[SPAN] *= p[SPAN_DECAY]
@@ -179,11 +179,11 @@ def _swing_ends(own_sagittal: float, s: Any, p: Any) -> bool:
 
 @compiled(**EXACT_INNER)
 def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> None:
-    """Update by a swing: its mean angle is the posture's, more so the more it is like gait."""
+    """Update by a swing: its mean angle measures the posture, less noisily if it resembles gait."""
     direction = work[0]
     turn = s[SUM_TURN] / s[SAMPLES]
     if abs(turn) > p[TURN_LEAST]:
-        # who turns does not come back to the heading of before
+        # a person who turns does not return to the previous heading
         covariance[CENTRE + 2, CENTRE + 2] += (turn * s[SINCE]) ** 2
     net = (x[0] - s[BEFORE]) ** 2 + (x[1] - s[BEFORE + 1]) ** 2
     doubt = 1.0 + net / p[RETURN_VARIANCE]
@@ -202,7 +202,7 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
         if excess <= 1.0:
             s[ODD + axis] = 0.0
         elif s[ODD + axis] * residual > 0.0:
-            # two in a row on the same side: the posture has changed, or never was what it seemed
+            # two outliers in a row with the same sign: the posture has changed, or was wrong before
             share = p[EARLY] / (p[EARLY] + s[TRUST])
             covariance[axis, axis] += residual**2 * share
             covariance[CENTRE + axis, CENTRE + axis] += residual**2 * (1.0 - share)
@@ -216,7 +216,7 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
 
 @compiled(**EXACT_INNER)
 def _level(x: Any, force: Any) -> tuple[float, float, float, float]:
-    """Level specific force, forward and left, and their derivatives with the two angles."""
+    """Horizontal specific force, forward and left, and its derivatives by the two tilt angles."""
     sin_s, cos_s, sin_f, cos_f = math.sin(x[0]), math.cos(x[0]), math.sin(x[1]), math.cos(x[1])
     up = sin_s * force[0] + cos_s * force[2]
     forward = cos_s * force[0] - sin_s * force[2]
@@ -240,25 +240,25 @@ def step(
     change: Any,
     moved: Any,
 ) -> bool:
-    """Advance by a sample that is there; return whether the network carried the angles."""
+    """Advance by a valid sample; return whether the network propagated the angles."""
     n, dt = len(x), p[INTERVAL]
     aided = n == AIDED_STATES
     if s[MISSING] > 0.0:
-        # nothing is known of what happened meanwhile but that legs come back to their posture
+        # the motion during the gap is unknown, except that legs return to their posture
         for axis in range(3):
             covariance[axis, axis] += p[START_VARIANCE] * min(s[MISSING], LONGEST_GAP_S) ** 2
         s[MISSING], s[RISING], s[SWING], s[HIGH], s[LOW] = 0.0, 0.0, 0.0, 0.0, 0.0
         s[SINCE : IDLE + 1], s[PERIOD], s[SUM_ANGLES:BEFORE], s[SAMPLES] = 0.0, 0.0, 0.0, 0.0
         s[IDLE] = p[IDLE_MOST]
     own, carried, direction = work[2, :3], work[2, 3:6], work[0]
-    square, unrest, mean_square = 0.0, 0.0, 0.0
+    square, scatter, mean_square = 0.0, 0.0, 0.0
     for axis in range(3):
         own[axis] = axis_rates[axis] - x[BIAS + axis]
         square += own[axis] ** 2
         away = axis_rates[axis] - s[MEAN_RATE + axis]
         s[MEAN_RATE + axis] += p[REST_GAIN] * away
-        unrest += away**2
-    s[UNREST] += p[REST_GAIN] * (unrest - s[UNREST])
+        scatter += away**2
+    s[SCATTER] += p[REST_GAIN] * (scatter - s[SCATTER])
     works = s[IDLE] < p[IDLE_MOST] and (
         max(covariance[CENTRE, CENTRE], covariance[CENTRE + 1, CENTRE + 1]) < p[KNOWN_ENOUGH]
     )
@@ -268,7 +268,7 @@ def step(
         x[0] -= whole
         past[0] -= whole
     carried[:] = x[:3]
-    # a posture that was learnt from a known start has no zero to come back to, nor has a heading
+    # with a known start the estimated posture does not decay to zero, and the heading never does
     decay, noise = (1.0, 0.0) if s[KNOWN] > 0.0 else (p[CENTRE_DECAY], p[CENTRE_NOISE])
     leak = p[LEAK] * dt if works else 0.0
     coupling = dt * s[TURN] if abs(s[TURN]) > p[TURN_LEAST] else 0.0
@@ -295,7 +295,7 @@ def step(
         covariance[i, i] += p[VELOCITY_NOISE]
     for axis in range(3):
         mean_square += s[MEAN_RATE + axis] ** 2
-    if s[UNREST] < p[REST_LEAST] and mean_square < MOST_BIAS_RAD_S**2:
+    if s[SCATTER] < p[REST_LEAST] and mean_square < MOST_BIAS_RAD_S**2:
         for axis in range(3):
             direction[:] = 0.0
             direction[BIAS + axis] = 1.0
@@ -322,7 +322,7 @@ def step(
         s[SINCE], s[SAMPLES], s[SUM_ANGLES:BEFORE] = 0.0, 0.0, 0.0
         s[BEFORE], s[BEFORE + 1] = x[0], x[1]
     for axis in range(3):
-        # a correction is no movement: it moves the angles of before along
+        # a correction is not a movement: past angles are shifted by the same amount
         correction = x[axis] - carried[axis]
         for i in range(past.shape[1] - 1, 0, -1):
             past[axis, i] = past[axis, i - 1] + correction
@@ -346,10 +346,10 @@ def track(
     variances: Any,
     works: Any,
 ) -> None:
-    """Advance over samples (N, 3), NaN where missing, and fill angles, their variances, works.
+    """Advance over samples (N, 3), NaN where missing; fill angles, their variances, and works.
 
-    x (n,), covariance (n, n), s (SCALARS,), rates and past (3, lags) are the state and change;
-    p (PARAMETERS,) comes from `narx.inference.tracker`.
+    x (n,), covariance (n, n), s (SCALARS,), rates and past (3, lags) are the state, changed in
+    place; p (PARAMETERS,) is from `narx.inference.tracker`.
     """
     n = len(x)
     work, change, moved = np.zeros((3, n)), np.zeros((n, n)), np.zeros((n, n))

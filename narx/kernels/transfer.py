@@ -84,7 +84,7 @@ def final_state(inputs: Any, outputs: Any, state: Any, q: int, shape: Any, final
 
 @compiled(**INNER)
 def lanes_from(first: int, last: int, sequence: Any) -> int:
-    """Put sequences from `first` on into lanes; return how many. Unused lanes repeat the last."""
+    """Assign sequences from `first` on to lanes; return how many. Unused lanes repeat the last."""
     for lane in range(len(sequence)):
         sequence[lane] = min(first + lane, last - 1)
     return min(len(sequence), last - first)

@@ -1,7 +1,7 @@
-"""The joints of a leg, from the angles of the segments on either side.
+"""The joints of a leg, from the angles of their two segments.
 
-All by the same joint coordinate system (Grood and Suntay 1983, as the ISB recommends it for hip,
-knee and ankle: Wu et al., J Biomech 35:543, 2002): flexion about the proximal segment's
+All joints use the same joint coordinate system (Grood and Suntay 1983, as recommended by the ISB
+for hip, knee and ankle: Wu et al., J Biomech 35:543, 2002): flexion about the proximal segment's
 mediolateral axis, rotation about the distal segment's long axis, abduction about the axis
 perpendicular to both.
 """
@@ -23,7 +23,7 @@ class Joint(NamedTuple):
     proximal, distal : str
         Names of the segments.
     flexion_sign : float
-        +1 where the distal segment swings back in flexion (knee), -1 where it swings forward (hip,
+        +1 if the distal segment swings backwards in flexion (knee), -1 if it swings forwards (hip,
         and the foot in dorsiflexion).
     """
 
@@ -51,7 +51,7 @@ def joint_between(joint: str, proximal_rad: FloatArray, distal_rad: FloatArray) 
     joint : str
         Key of `JOINTS`.
     proximal_rad, distal_rad : ndarray, shape (N, 3)
-        Segment angles in reported signs; those of a pelvis as of a right leg.
+        Segment angles with the reported signs; those of a pelvis as for a right leg.
 
     Returns
     -------

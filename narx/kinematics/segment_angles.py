@@ -17,8 +17,8 @@ frontal    ``-phi``   abduction: the distal end moves away from the body
 transverse ``psi``    internal rotation: the front turns towards the other leg
 ========== ========= ==========================================================
 
-Sagittal and frontal depend on the direction of gravity in the segment alone, so they stay
-defined when the walker turns; transverse is the heading.
+Sagittal and frontal angle depend only on the direction of gravity in the segment, so they remain
+defined when the walker turns; the transverse angle is the heading.
 """
 
 from typing import Literal
@@ -73,7 +73,7 @@ def mirror_angular_rate(rate: ArrayLike) -> FloatArray:
 
 
 def mirror_quaternion(quaternion_wxyz: ArrayLike) -> FloatArray:
-    """Mirror orientations through the sagittal plane (of segment and world alike).
+    """Mirror orientations through the sagittal plane (of both segment and world).
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def orientation_from_angles(angles_rad: ArrayLike) -> FloatArray:
     quaternion = np.full((len(angles), 4), np.nan)
     there = np.isfinite(angles).all(axis=1)
     if there.any():
-        # written out: scipy takes five times as long, which is seconds per trial
+        # written out explicitly, since scipy takes five times as long, which is seconds per trial
         half = 0.5 * angles[there].T * np.array([[-1.0], [-1.0], [1.0]])
         (cy, cx, cz), (sy, sx, sz) = np.cos(half), np.sin(half)
         w, x, y, z = cz * cx, cz * sx, sz * sx, sz * cx
@@ -230,7 +230,7 @@ def coupled_rates(axis_rates_rad_s: ArrayLike, angles_rad: ArrayLike) -> FloatAr
 
     Notes
     -----
-    From ``R = Rz(psi) Rx(phi) Ry(theta)``; integrating each gyroscope axis on its own drops
+    From ``R = Rz(psi) Rx(phi) Ry(theta)``; integrating each gyroscope axis independently neglects
     these terms, so that a turn of a tilted segment appears as flexion.
     """
     sagittal_rate, frontal_rate, transverse_rate = np.moveaxis(

@@ -1,4 +1,4 @@
-"""Strapdown integration: orientation from the gyroscope's three axes together."""
+"""Strapdown integration: orientation from all three axes of the gyroscope."""
 
 from narx.kernels.strapdown import compose_turns
 from narx.kinematics.segment_angles import gyroscope_xyz, orientation_from_angles

@@ -1,7 +1,7 @@
-"""One step of the network on all three axes, in torch operations alone.
+"""One step of the network on all three axes, in torch operations only.
 
-This is the reference for tests of the compiled closed loop, the step of a stream, and the basis of
-every export; it therefore uses only what TorchScript supports.
+This is the reference for tests of the compiled closed loop, and the basis of every export; it
+therefore uses only operations that TorchScript supports.
 """
 
 from typing import Final
@@ -47,7 +47,7 @@ def coupled_rates(
 
 
 class NarxCell(nn.Module):
-    """Three recurrences with shared weights, driven by each axis' own or the coupled rate.
+    """Three recurrences with shared weights, driven by the gyroscope's or the coupled rates.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class NarxCell(nn.Module):
         angles : Tensor, shape (..., 3)
             Sagittal, frontal, transverse, rad.
         state : Tensor
-            For the next sample.
+            State for the next sample.
         """
         past = self.input_lags - 1
         offset = self.angle_offset + posture

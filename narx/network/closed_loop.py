@@ -1,6 +1,6 @@
 """The NARX network in closed loop, as a differentiable torch operator.
 
-Closed loop (parallel): the network is fed its own outputs.
+Closed loop (parallel): the network's inputs include its own past outputs.
 All floating types are computed in float64: a trained loop is nearly an
 integrator and amplifies rounding errors about 1e5-fold.
 """

@@ -128,7 +128,7 @@ class CoupledBatch:
         n_sequences, n_restarts = len(self.rates), len(weights)
         n_rows = weights.shape[1] // 4 * 4 + 4
         lanes, groups = in_groups(n_sequences, n_restarts)
-        # separate sums for each group: the same numbers with any number of threads
+        # separate sums for each group, so that results do not depend on the number of threads
         sums = np.zeros((len(groups), 3, n_rows, n_rows, 8))
 
         def part(first: int, last: int) -> None:

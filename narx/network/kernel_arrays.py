@@ -36,7 +36,7 @@ def kernel_shape(structure: NarxStructure) -> tuple[tuple[int, ...], ...]:
 
 
 def lanes_for(n_sequences: int) -> tuple[int, ...]:
-    """Choose how many sequences run side by side: one or eight.
+    """Choose how many sequences run in parallel: one or eight.
 
     Parameters
     ----------

@@ -186,7 +186,7 @@ class Narx(nn.Module):
         Returns
         -------
         NarxCell
-            With a copy of the weights.
+            Step with a copy of the weights.
         """
         scaled, structure = self.normalisation, self.structure
         relative = torch.ones(3, dtype=torch.float64) if axis_scale is None else axis_scale
@@ -225,7 +225,7 @@ class Narx(nn.Module):
         )
 
     def get_extra_state(self) -> dict[str, Any]:
-        """Add everything but the weights to the state dictionary.
+        """Add everything except the weights to the state dictionary.
 
         Returns
         -------
@@ -235,7 +235,7 @@ class Narx(nn.Module):
         return self.to_config()
 
     def set_extra_state(self, state: dict[str, Any]) -> None:
-        """Refuse weights that belong to other scales, another rate or kind of network.
+        """Refuse weights of a network with different scales, sampling rate or type.
 
         Parameters
         ----------
@@ -245,18 +245,18 @@ class Narx(nn.Module):
         Raises
         ------
         UserError
-            Naming what differs: these weights would give other angles here.
+            If the networks differ; the message names the difference.
         """
         own = self.to_config()
         for name, value in own.items():
             if state.get(name) != value:
                 raise UserError(
                     f"load_state_dict: these weights are of a network with {name}={state.get(name)}"
-                    f", this one has {value}; Narx.from_config makes the one that they fit"
+                    f", this one has {value}; Narx.from_config creates the matching network"
                 )
 
     def to_config(self) -> dict[str, Any]:
-        """Describe everything but the weights, for checkpoints.
+        """Describe everything except the weights, for checkpoints.
 
         Returns
         -------

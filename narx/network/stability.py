@@ -1,7 +1,7 @@
 """Stability of a trained network: poles, gain, contraction, bounds.
 
 The tanh bounds the output for any input, so a network with a pole outside the unit circle can still
-have a small training error; poles and contraction reveal what the error does not.
+have a small training error; poles and contraction reveal this instability.
 """
 
 import itertools
@@ -34,17 +34,17 @@ class StabilityStatement:
         Angle per constant rate, rad/(rad/s): an integrator's would be infinite, a leaky one's is
         its time constant. None if it is infinite.
     rate_range_rad_s, angle_range_rad : float
-        Training range: rates up to this magnitude are tried, as long as their integral stays within
-        this angle. (A leg does not turn steadily at its peak rate.)
+        Training range: rates up to this magnitude are simulated, as long as their integral stays
+        within this angle. (A leg does not rotate steadily at its peak rate.)
     contraction_bound : float
         Largest factor by which one step of one axis can increase the distance of two states, in the
-        norm of the operating point, for any hidden activations: below 1 proves that all states of
-        an axis with given rates converge; above 1 proves nothing. It proves nothing of coupled
-        axes, whose rates depend on the states.
+        norm of the operating point, for any hidden activations: a value below 1 proves that all
+        states of an axis with given rates converge; a value above 1 proves nothing. It does not
+        apply to coupled axes, whose rates depend on the states.
     coupled_rates_tried, coupled_rates_apart : int
-        Coupled axes, simulated: constant rates, drawn within 20 deg/s about all three axes, and how
-        many of them keep two random initial states apart (by more than a tenth of their first
-        distance, `contraction_s` later). 0 and 0 where the axes are not coupled.
+        Simulation of coupled axes: number of constant rates, drawn within 20 deg/s about all three
+        axes, and number of these for which two random initial states do not converge (more than a
+        tenth of their initial distance remains after `contraction_s`). 0 and 0 without coupling.
     coupled_rate_apart_rad_s : list of float or None
         The first of these rates; None if all states converge.
     contraction_ratio : float
@@ -89,7 +89,7 @@ class StabilityStatement:
 
 
 _MET = 0.01
-# constant rates about all axes together, as nobody walks: a turn without end, tilted
+# constant rates about all axes, an endless tilted turn, do not occur in walking
 _CONSTANT_RATES, _CONSTANT_RATE_RAD_S, _APART = 100, math.radians(20.0), 0.1
 
 
@@ -103,7 +103,7 @@ def stability_statement(model: Narx, n_levels: int = 9, seed: int = 0) -> Stabil
     n_levels : int
         Number of constant rates, and of frequencies of oscillating ones.
     seed : int
-        Of the random rates and initial states.
+        Seed of the random rates and initial states.
 
     Returns
     -------
@@ -165,7 +165,7 @@ class _Linearised:
         rest = -scaled.rate_offset_rad_s / scaled.rate_scale_rad_s
         at_rest = self._b1 + self._w1[:, :n_in].sum(axis=1) * rest
         feedback = self._w1[:, n_in:].sum(axis=1)
-        # |p| <= |b2| + sum |w2|, so the fixed point lies there; of several, the one nearest zero
+        # the fixed point satisfies |p| <= |b2| + sum |w2|; of several, the one nearest zero is used
         self._bound = abs(b2) + np.abs(self._w2).sum()
         grid = np.linspace(-1.0, 1.0, 20001) * self._bound
         error = b2 + np.tanh(at_rest + grid[:, None] * feedback) @ self._w2 - grid
@@ -183,7 +183,7 @@ class _Linearised:
         gradient = (self._w2 * (1 - h * h)) @ self._w1
         self._from_inputs, self._a = gradient[:n_in], gradient[n_in:]
         self.poles = np.roots(np.concatenate([[1.0], -self._a]))
-        if len(self.poles) < self._n_out:  # np.roots leaves zeros at the origin out
+        if len(self.poles) < self._n_out:  # np.roots omits roots at the origin
             missing = np.zeros(self._n_out - len(self.poles))
             self.poles = np.concatenate([self.poles, missing])
         self.operating_point_rad = p * scaled.angle_scale_rad + scaled.angle_offset_rad
@@ -260,7 +260,7 @@ def _contraction(model: Narx, rates: torch.Tensor, seed: int) -> float:
 
 
 def _apart(model: Narx, duration_s: float, seed: int) -> list[list[float]]:
-    """Constant rates that keep two states of coupled axes apart."""
+    """Find constant rates for which two states of coupled axes do not converge."""
     if not model.coupled:
         return []
     rng = np.random.default_rng([seed, 1])
@@ -268,12 +268,12 @@ def _apart(model: Narx, duration_s: float, seed: int) -> list[list[float]]:
     n_samples = math.ceil(duration_s * model.sampling_rate_hz)
     rates = torch.from_numpy(np.repeat(constant, n_samples, axis=1))
     left = _distances_left(model, rates, rng)
-    met = left.numpy() <= _APART  # NaN has not met
+    met = left.numpy() <= _APART  # negated, so that NaN counts as not converged
     return [rate.tolist() for rate in constant[~met, 0]]
 
 
 def _distances_left(model: Narx, rates: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
-    """Distance of two random states after the rates (B, N, 3), relative to the first, (B,)."""
+    """Distance (B,) of two random states after the rates (B, N, 3), relative to the initial one."""
     shape = (2, len(rates), 3, model.structure.n_state)
     # within +-1 in normalised units: the range of training
     states = torch.from_numpy(rng.uniform(-1.0, 1.0, shape))

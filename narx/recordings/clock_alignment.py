@@ -1,4 +1,4 @@
-"""Bring an inertial sensor and an optical reference onto one clock and one body frame.
+"""Align an inertial sensor and an optical reference: one clock and one body frame.
 
 Both measure the rotation of the same rigid body. Its angular speed does not depend on the frame,
 which gives the clock offset; with the clocks aligned, the angular velocities give the constant
@@ -19,9 +19,9 @@ from narx.types import FloatArray
 # an interval whose rates differ by this many times the median difference is a tracking fault
 _OUTLIER_FACTOR = 5.0
 _MIN_INTERVALS = 20
-# below this the two did not measure the same motion
+# a lower correlation means that the two did not measure the same motion
 _MIN_CORRELATION = 0.5
-# samples further apart than this many median intervals have a gap between them
+# an interval longer than this many median intervals is a gap
 _GAP_FACTOR = 3.5
 # largest plausible rate of a tracked body, as a multiple of its gyroscope's fastest rate
 _JUMP_FACTOR = 2.0

@@ -20,7 +20,7 @@ from narx.types import FloatArray
 _LOW_PASS_HZ = 1.5
 _MOVING_RAD_S = 0.35
 _MIN_MOVING_S = 3.0
-# slopes of unit errors are beyond these, those of recorded walks far inside
+# unit errors give slopes outside these limits; those of recorded walks are well inside
 _SLOPES = (0.08, 5.0)
 _MIN_CORRELATION = 0.25
 # the relation holds closely: check the scale and the sign of each axis
@@ -36,7 +36,7 @@ class Fit:
     Parameters
     ----------
     slope, correlation : float
-        For all axes together.
+        Fit of all axes together.
     axes : ndarray, shape (3,)
         Slope of each gyroscope axis, fitted together.
     t : ndarray, shape (3,)
@@ -61,7 +61,7 @@ class Fit:
 def fit_rotation(
     gyroscope_rad_s: FloatArray, accelerometer_m_s2: FloatArray, sampling_rate_hz: float
 ) -> Fit | None:
-    """Compare the gyroscope with the rotation that the accelerometer shows.
+    """Compare the gyroscope with the rotation measured by the accelerometer.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from scipy.ndimage import median_filter
 
 from narx.types import BoolArray, FloatArray
 
-# the widest range of a gyroscope is 4000 deg/s
+# beyond the widest range of any gyroscope, 4000 deg/s
 IMPOSSIBLE_RAD_S = np.radians(4500.0)
 # a sensor that turns faster than this does not output the same value twice
 _MOVING_RAD_S = np.radians(12.0)
@@ -46,10 +46,10 @@ def without_faults(
     Returns
     -------
     gyroscope_rad_s : ndarray, shape (N, 3)
-        NaN instead of rates beyond any sensor, zeros amid movement, values held or stuck, and
-        single spikes.
+        The rates, with NaN for values beyond the range of any sensor, zeros within movement, held
+        or stuck values, and single spikes.
     notes : tuple of str
-        Number of each and time of the first; and the share clipped by the range.
+        Number of each kind of fault and time of the first; share of samples clipped by the range.
     """
     rate = gyroscope_rad_s
     notes = []
@@ -115,14 +115,14 @@ def _impossible(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
 
 
 def _zeros(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
-    """Zeros in place of missing samples: movement stops or begins within one sample."""
+    """Find zeros in place of missing samples: movement stops or starts within one sample."""
     wrong = np.zeros(len(rate), dtype=bool)
     speed = np.linalg.norm(rate, axis=1)
     for start, stop in _runs((rate == 0).all(axis=1)):
         before = speed[start - 1] if start else 0.0
         after = speed[stop] if stop < len(rate) else 0.0
         wrong[start:stop] = max(before, after) > _JUMP_RAD_S
-    return wrong, "of exactly zero amid movement"
+    return wrong, "of exactly zero within movement"
 
 
 def _held(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
@@ -134,7 +134,7 @@ def _held(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
 
 
 def _stuck(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
-    """One axis that stands still while the others move."""
+    """Find samples with one constant axis while the others move."""
     wrong = np.zeros(len(rate), dtype=bool)
     rms = np.sqrt(np.mean(np.nan_to_num(rate) ** 2, axis=0))
     for axis in range(3):
@@ -150,11 +150,11 @@ def _stuck(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
                 and inside > _STUCK_OTHERS_RAD_S
                 and one[start] not in extremes
             )
-    return wrong, "with an axis that stands still while the others move"
+    return wrong, "with a constant axis while the others move"
 
 
 def _spikes(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
-    what = "that jump away for an instant (spikes)"
+    what = "with a spike"
     if np.isfinite(rate).all(axis=1).sum() < 10:
         return np.zeros(len(rate), dtype=bool), what
     interval = float(np.median(np.diff(time)))
@@ -189,8 +189,8 @@ def _clipping(rate: FloatArray) -> list[str]:
         return []
     return [
         f"{100 * clipped.mean():.0f} % of the rows are at the same extreme value "
-        f"({', '.join(levels)} rad/s): the gyroscope's range is too small, and the angles lack "
-        "what was cut off"
+        f"({', '.join(levels)} rad/s): the gyroscope's range is too small, and the "
+        "clipped rotation is missing from the angles"
     ]
 
 
@@ -214,6 +214,6 @@ def _repeats(rate: FloatArray) -> BoolArray:
 
 
 def _runs(flags: BoolArray) -> list[tuple[int, int]]:
-    """Begin and end (exclusive) of each run of True."""
+    """Start and end (exclusive) of each run of True."""
     edges = np.flatnonzero(np.diff(np.r_[False, flags, False].astype(int)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -12,7 +12,7 @@ _LIMIT_MIB = 4096.0
 
 
 def regular_file(path: str | os.PathLike[str]) -> Path:
-    """Refuse what cannot be read as a file, before it blocks or fills the memory.
+    """Refuse a path that is not a readable file, before reading blocks or fills the memory.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def check_memory(path: Path, needed_bytes: float) -> None:
     if needed_bytes > limit * 2**20:
         raise RecordingError(
             f"{path}: needs {needed_bytes / 2**20:.0f} MiB of memory, more than the limit of "
-            f"{limit:g} MiB; set the environment variable {LIMIT_VARIABLE} to read it all the same"
+            f"{limit:g} MiB; set the environment variable {LIMIT_VARIABLE} to read it anyway"
         )
 
 
@@ -105,7 +105,7 @@ def limit_mib() -> float:
     Raises
     ------
     UserError
-        If the environment variable is no positive number.
+        If the environment variable is not a positive number.
     """
     value = os.environ.get(LIMIT_VARIABLE, str(_LIMIT_MIB))
     try:

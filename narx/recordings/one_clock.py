@@ -8,7 +8,7 @@ from narx.recordings.resampling import contiguous_pieces
 from narx.recordings.trial import ImuRecording
 from narx.types import BoolArray, FloatArray
 
-# a sensor missing in more than this share of rows has another rate, or rows of its own
+# a sensor that is missing in more than this share of rows has a different rate, or separate rows
 _OTHER_RATE = 0.2
 _MIN_SAMPLES = 10
 # largest gap to interpolate across, in intervals of the accelerometer
@@ -62,7 +62,7 @@ def union_of_rows(
     Parameters
     ----------
     recording : ImuRecording
-        With the gyroscope.
+        Recording with the gyroscope.
     time_s : ndarray, shape (M,)
         The accelerometer's sampling times on the same clock, increasing, s.
     accelerometer_m_s2 : ndarray, shape (M, 3)

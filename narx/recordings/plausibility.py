@@ -1,4 +1,4 @@
-"""Plausibility checks: what cannot be leg motion is refused in one line, or removed and noted."""
+"""Plausibility checks: implausible recordings are refused, single faults removed and noted."""
 
 from dataclasses import replace
 
@@ -18,14 +18,14 @@ from narx.types import FloatArray
 
 # more samples than this beyond a gyroscope's range mean a wrong unit, fewer are faults
 _IMPOSSIBLE_SHARE = 0.005
-# no leg swings this far from its running mean over two seconds
+# largest deviation of a leg's angle from its running mean over two seconds
 _MAX_SWING_RAD = np.radians(180.0)
 _SWING_WINDOW_S = 2.0
-# walking turns a sensor faster than this
+# any walking turns a sensor faster than this
 _SLOW_RAD_S = np.radians(6.0)
 _STRIDES_HZ = (0.4, 3.0)
 _STRIDES_SHARE = 0.5
-# 50 g have been measured on a shank; no accelerometer reaches this
+# above the 50 g measured on a shank and the range of any accelerometer
 _IMPOSSIBLE_M_S2 = 1000.0 * GRAVITY_M_S2
 # largest ratio of ticks of the clock to samples
 _MAX_TICKS_PER_SAMPLE = 20
@@ -38,7 +38,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
     Parameters
     ----------
     recording : ImuRecording
-        As read.
+        Recording as read.
     where : str
         Its name, for messages.
 
@@ -50,7 +50,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
     Raises
     ------
     RecordingError
-        If rate, clock, or the gyroscope's unit cannot be right; the message is one line.
+        If the rate, the clock, or the gyroscope's unit is implausible; the message is one line.
     """
     if recording.n_samples < 2:
         raise RecordingError(f"{where}: {recording.n_samples} samples, expected at least 2")
@@ -106,7 +106,7 @@ def check_gravity(accelerometer_m_s2: FloatArray, where: str) -> None:
     guesses = {1.0: "g", 1e3: "mg or cm/s^2", GRAVITY_M_S2**2: "m/s^2, not g"}
     guess = next((unit for one, unit in guesses.items() if 0.7 * one < middle < 1.5 * one), None)
     if guess is None:
-        guess = "gravity taken off" if middle < 5.0 else "raw counts"
+        guess = "gravity subtracted" if middle < 5.0 else "raw counts"
     raise RecordingError(
         f"{where}: the accelerometer's median size is {middle:.3g} m/s^2, expected about 9.8; "
         f"{guess}?"
@@ -156,7 +156,7 @@ def _rate_deg_s(rate_rad_s: float) -> str:
 
 
 def _check_unit(time: FloatArray, rate: FloatArray, where: str) -> None:
-    """Refuse swings beyond those of any leg, and strides of a fraction of a degree."""
+    """Refuse swings larger than those of any leg, and strides of a fraction of a degree."""
     interval = float(np.median(np.diff(time)))
     if not np.isfinite(rate).all(axis=1).any():
         return

@@ -12,7 +12,7 @@ from narx.types import FloatArray
 # pass band as a fraction of the new Nyquist frequency, and attenuation beyond it
 _PASS_BAND = 0.8
 _STOP_BAND_DB = 60.0
-# a day at 500 Hz, so that a gap of months does not fill the memory
+# one day at 500 Hz, so that a gap of months does not exhaust the memory
 MAX_CLOCK_SAMPLES = 5e7
 
 
@@ -97,7 +97,7 @@ def resample_vectors(
     new_time_s : array_like, shape (M,)
         Uniform clock, s.
     max_gap_s : float
-        Longest interval between neighbouring samples that is interpolated across.
+        Longest interval between neighbouring samples that is interpolated.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def resample_quaternions(
     new_time_s : array_like, shape (M,)
         Times to interpolate at, s.
     max_gap_s : float
-        Longest interval between neighbouring samples that is interpolated across.
+        Longest interval between neighbouring samples that is interpolated.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Sensors of one session on one clock: by their time stamps, or by what they moved together."""
+"""Align the clocks of a session's sensors by their time stamps or by their common movement."""
 
 from collections.abc import Mapping
 from typing import Literal, get_args
@@ -16,34 +16,34 @@ _RATE_HZ = 100.0
 # thigh and shank do not turn at the same time, but walk and stand together
 _SMOOTH_HZ = 1.0
 _MIN_CORRELATION = 0.5
-# a foot's contact shakes the whole leg within milliseconds
+# the shock of a foot contact reaches the whole leg within milliseconds
 _SHOCK_HZ = 15.0
 _SHOCK_WINDOW_S = 0.3
 _MIN_SHOCK_CORRELATION = 0.3
 _MIN_OVERLAP = 0.5
-# stamps that disagree with the movement by more than this are doubted
+# a larger disagreement between time stamps and movement is reported
 _DOUBT_S = 1.5
 
 
 def clock_offsets_s(
     recordings: Mapping[str, ImuRecording], align: Alignment, where: str
 ) -> tuple[dict[str, float], list[str]]:
-    """Find what is to be added to each sensor's times so that all share the first one's clock.
+    """Find the offset of each sensor's clock, so that all share the clock of the first.
 
     Parameters
     ----------
     recordings : mapping of str to ImuRecording
-        By segment; the first gives the clock.
+        Recording of each segment; the first gives the clock.
     align : {"auto", "stamps", "correlation"}
-        ``stamps`` believes them; ``correlation`` finds the lag at which the sensors move
-        together; ``auto`` believes stamps that overlap.
+        ``stamps`` uses the time stamps; ``correlation`` finds the lag at which the sensors move
+        together; ``auto`` uses the time stamps if they overlap.
     where : str
         Name of the session, for messages.
 
     Returns
     -------
     offsets_s : dict of str to float
-        By segment, s.
+        Offset to add to the times of each segment, s.
     notes : list of str
         Method used, as text.
 
@@ -56,10 +56,10 @@ def clock_offsets_s(
 
     Notes
     -----
-    The lag is that of the smoothed angular speeds (below 1 Hz: walking and standing), then, where
-    both accelerometers feel the contacts of the foot (above 15 Hz), that of the shocks within
-    0.3 s of it. It is right within 2 ms on simulated walks and within 60 ms on the one recorded
-    pair of sensors whose clocks are known; time stamps of one clock are better.
+    The lag is that of the smoothed angular speeds (below 1 Hz: walking and standing), refined, if
+    both accelerometers register the foot contacts (above 15 Hz), to that of the shocks within
+    0.3 s of it. It is accurate to 2 ms on simulated walks and to 60 ms on the one recorded pair of
+    sensors with known clocks; time stamps of one clock are more accurate.
     """
     if align not in get_args(Alignment):
         raise UserError(f"align is '{align}', expected one of {', '.join(get_args(Alignment))}")
@@ -76,7 +76,7 @@ def clock_offsets_s(
             if lag is not None and abs(lag[0]) > _DOUBT_S:
                 notes.append(
                     f"by their movement '{first}' and '{segment}' are {abs(lag[0]):.2f} s apart "
-                    "(align=correlation to believe it)"
+                    "(align=correlation to use this)"
                 )
         return offsets | dict.fromkeys(others, 0.0), notes
     notes = []
@@ -100,7 +100,7 @@ def _overlap(recordings: Mapping[str, ImuRecording]) -> float:
 
 
 def _lag_s(one: ImuRecording, other: ImuRecording) -> tuple[float, str] | None:
-    """What to add to the other's times, and by what it was found."""
+    """Return the offset to add to the other's times, and how it was found."""
     begin = one.time_s[0], other.time_s[0]
     speeds = [_on_grid(r, np.linalg.norm(r.gyroscope_rad_s, axis=1)) for r in (one, other)]
     if min(map(len, speeds)) < 2 * _RATE_HZ:
@@ -139,7 +139,7 @@ def _shocks(recording: ImuRecording) -> FloatArray | None:
 def _best_lag(
     one: FloatArray, other: FloatArray, around_s: float | None = None
 ) -> tuple[float, float] | None:
-    """Lag of the other behind the one, s, and the correlation there."""
+    """Return the lag of the second signal, s, and the correlation at this lag."""
     a, b = one - one.mean(), other - other.mean()
     size = float(np.sqrt((a @ a) * (b @ b)))
     if size == 0:

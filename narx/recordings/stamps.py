@@ -1,8 +1,8 @@
 """Conversion of a file's time stamps to sampling times.
 
 A stamp is often not the sampling time, but the arrival time of the packet, or a rounded time. If
-the samples are regular and the stamps are not, a line through the stamps is the better clock; the
-signal itself decides, as it is smooth on one of the two.
+the samples are regular and the stamps are not, a line through the stamps is the better clock. The
+one on which the signal is smoother is chosen.
 """
 
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from scipy.ndimage import uniform_filter1d
 from narx.errors import RecordingError, UserError
 from narx.types import FloatArray, IntArray
 
-# a lower rate does not resolve a stride, no inertial sensor has a higher one
+# a lower rate does not resolve a stride; no inertial sensor has a higher rate
 MIN_RATE_HZ, MAX_RATE_HZ = 5.0, 20_000.0
-# intervals this near to multiples of the median are a regular clock, with or without lost samples
+# intervals this close to multiples of the median form a regular clock, possibly with lost samples
 _REGULAR = 0.1
 _REGULAR_SHARE = 0.98
 # a regular clock loses less than half of its samples, apart from pauses
 _MOSTLY_THERE, _PAUSE_S = 2.0, 0.5
-# largest share of rows with the stamp of the previous row that is a logger fault
+# largest share of rows repeating the previous row's stamp that is treated as a logger fault
 _RARE = 0.05
 # fewer samples are too few to judge the fit of a line
 _MIN_SAMPLES = 20
@@ -89,7 +89,7 @@ def checked_rate_hz(value: object, what: str) -> float:
 
 
 def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> SamplingTimes:
-    """Find the times at which samples were taken.
+    """Determine the sampling times.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a value given from outside may be: types with ranges, checked in one way everywhere."""
+"""Validation of values from users: types with ranges, checked in one way everywhere."""
 
 from narx.settings.checked import check_fields, checked
 from narx.settings.values import (

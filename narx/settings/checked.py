@@ -1,4 +1,4 @@
-"""Arguments checked against annotations by pydantic, and refused in one line."""
+"""Check arguments against their annotations by pydantic; refuse them with a one-line message."""
 
 import dataclasses
 import functools
@@ -16,7 +16,7 @@ from narx.settings.wording import expected, shown
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# a number where a name is meant is the name; words such as `no` and `off` are pydantic's own
+# a number given for a name is converted to text; pydantic itself converts words such as `no`
 CONFIG = ConfigDict(
     extra="forbid",
     allow_inf_nan=False,
@@ -28,18 +28,18 @@ CONFIG = ConfigDict(
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function refuse arguments that its annotations do not allow.
+    """Make a function refuse arguments that its annotations do not allow.
 
     Parameters
     ----------
     function : callable
-        A function, or the ``__init__`` of a class, whose `name` then begins the message.
+        A function, or the ``__init__`` of a class, whose `name` then starts the message.
 
     Returns
     -------
     callable
-        The same, called with values of the annotated types; raises `UserError` with the
-        argument's name, its value and what is allowed.
+        The same function, called with values converted to the annotated types. It raises
+        `UserError` with the argument's name, its value and what is expected.
     """
     signature = inspect.signature(function)
 
@@ -56,7 +56,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def check_fields(instance: Any, where: str) -> None:
-    """Refuse a dataclass whose fields are not what they are annotated to be.
+    """Refuse a dataclass whose fields do not match their annotations.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def check_fields(instance: Any, where: str) -> None:
     Raises
     ------
     UserError
-        With the field's name, its value and what is allowed.
+        If a field is invalid; the message has its name, its value and what is expected.
     """
     made_by: Callable[..., Any] = type(instance)
     values = validated(_model(made_by), vars(instance), f"{where}.")
@@ -88,14 +88,14 @@ def arguments_model(
     left_out: tuple[str, ...] = (),
     **more: Any,
 ) -> type[BaseModel]:
-    """Make a pydantic model of what a function or class takes.
+    """Create a pydantic model of the arguments of a function or class.
 
     Parameters
     ----------
     function : callable
-        Function or class; its annotations may hold pydantic's constraints.
+        Function or class; its annotations may contain pydantic's constraints.
     replaced : mapping of str to type, optional
-        Annotations that take the place of the function's own.
+        Annotations that replace the function's own.
     left_out : tuple of str
         Arguments that are not checked.
     **more : tuple of (type, object)
@@ -104,7 +104,7 @@ def arguments_model(
     Returns
     -------
     type of pydantic.BaseModel
-        A field an argument, with the function's defaults.
+        One field per argument, with the function's defaults.
     """
     source = function.__init__ if isinstance(function, type) else function  # type: ignore[misc]
     hints = get_type_hints(source, include_extras=True) | dict(replaced or {})
@@ -127,16 +127,16 @@ def arguments_model(
 
 
 def validated(model: type[BaseModel], values: Mapping[str, Any], where: str = "") -> BaseModel:
-    """Check values, and convert them to what is annotated.
+    """Check values, and convert them to the annotated types.
 
     Parameters
     ----------
     model : type of pydantic.BaseModel
-        What is allowed.
+        Model with the allowed types and ranges.
     values : mapping of str to object
-        What was given.
+        The given values.
     where : str
-        Begins the message.
+        Start of the message.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def validated(model: type[BaseModel], values: Mapping[str, Any], where: str = ""
     Raises
     ------
     UserError
-        With the first key that is wrong, its value and what is allowed.
+        If a value is invalid; the message has the first such key, its value and what is expected.
     """
     try:
         result = model.model_validate(values)
@@ -166,8 +166,8 @@ def _message(model: type[BaseModel], values: Mapping[str, Any], error: Validatio
         known = [f.alias or n for n, f in _model_at(model, path[:-1]).model_fields.items()]
         nearest = get_close_matches(str(path[-1]), known, n=1, cutoff=0.0)
         parent = "".join(f"{part}." for part in path[:-1])
-        hint = f"the nearest is {parent}{nearest[0]}" if nearest else "and none is expected here"
-        return f"{_dotted(path)}: there is no such key, {hint}"
+        hint = f"the closest is {parent}{nearest[0]}" if nearest else "none is expected here"
+        return f"{_dotted(path)}: unknown key, {hint}"
     fields = _model_at(model, path).model_fields.items()
     missing = {field.alias or name for name, field in fields} & {location[-1]}
     if first["type"] == "missing" and missing:
@@ -190,7 +190,7 @@ def _dotted(path: tuple[str | int, ...]) -> str:
 
 
 def _found(values: Any, location: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Any]:
-    """Follow a location of pydantic as far as it leads in the values: then come union members."""
+    """Follow a location of pydantic into the values, up to where names of union members begin."""
     path: list[str | int] = []
     for part in location:
         inside = (isinstance(values, Mapping) and part in values) or (
@@ -225,7 +225,7 @@ def _inner(annotation: Any, part: str | int) -> Any:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """Members of a union, without constraints; else the annotation alone."""
+    """Members of a union, without constraints; for other annotations, the annotation itself."""
     if get_origin(annotation) is Annotated:
         return _alternatives(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):
@@ -243,7 +243,7 @@ def _model_at(model: type[BaseModel], path: tuple[str | int, ...]) -> type[BaseM
 def _truth_taken_for_number(
     given: Any, result: Any, path: tuple[str | int, ...]
 ) -> tuple[str | int, ...] | None:
-    """Find where true was taken for 1: pydantic allows it, a configuration does not mean it."""
+    """Find where true was accepted as 1: pydantic allows it, but here it is a mistake."""
     if isinstance(given, bool):
         return path if type(result) in (int, float) else None
     pairs: list[tuple[Any, Any, Any]] = []

@@ -1,7 +1,7 @@
 """Types of settings with their ranges, for annotations of constructors and configurations.
 
-An upper limit stands where more is certainly a slip of the finger (a walk of 30 years), not where
-it is merely unusual.
+Upper limits only exclude values that are certainly mistyped (a walk of 30 years), not values that
+are merely unusual.
 """
 
 from pathlib import Path
@@ -32,7 +32,7 @@ FilePath = Annotated[
     Field(description="a path"),
 ]
 Name = Annotated[str, Field(min_length=1, max_length=300)]
-# a name alone is a list of one
+# a single name is a list of one
 Names = Annotated[
     tuple[Name, ...],
     BeforeValidator(_one_is_a_list),
@@ -41,7 +41,7 @@ Names = Annotated[
 ]
 
 Count = Annotated[int, Field(ge=1)]
-# what numpy's generators take
+# seeds accepted by numpy's generators
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 Fraction = Annotated[float, Field(ge=0, lt=1)]
 Positive = Annotated[float, Field(gt=0, le=1e9)]
@@ -54,7 +54,7 @@ PositiveSeconds = Annotated[float, Field(gt=0, le=LONGEST_S)]
 
 def _begins_before_it_ends(interval_s: tuple[float, float]) -> tuple[float, float]:
     if not interval_s[0] < interval_s[1]:
-        raise ValueError(f"[{interval_s[0]:g}, {interval_s[1]:g}] does not begin before it ends")
+        raise ValueError(f"[{interval_s[0]:g}, {interval_s[1]:g}] does not start before it ends")
     return interval_s
 
 
@@ -63,5 +63,5 @@ Interval = Annotated[
     AfterValidator(_begins_before_it_ends),
     Field(description="[begin, end] in s"),
 ]
-# below the first no step of a walk is seen, above the second no IMU samples
+# below the minimum, gait events cannot be resolved; no IMU samples faster than the maximum
 SamplingRate = Annotated[float, Field(ge=10, le=10_000)]

@@ -1,4 +1,4 @@
-"""What is expected of a value, and what was found, in the words of an error message."""
+"""Wording of error messages: what is expected of a value, and what was found."""
 
 import types
 from collections.abc import Iterable, Mapping
@@ -21,12 +21,12 @@ _LONGEST_SHOWN = 60
 
 
 def shown(value: object) -> str:
-    """Show a value in one short line.
+    """Format a value as one short line.
 
     Parameters
     ----------
     value : object
-        What was found.
+        The value that was found.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def shown(value: object) -> str:
     try:
         text = ascii(value) if isinstance(value, str) and not value.isprintable() else repr(value)
     except ValueError:
-        # Python does not write out integers of thousands of digits
+        # Python refuses to print integers with thousands of digits
         text = "a number of thousands of digits"
     return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
 

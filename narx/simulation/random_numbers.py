@@ -1,4 +1,4 @@
-"""Random numbers that depend on their names alone, and noise of gait and sensors."""
+"""Random numbers that depend only on the seed and a name, and noise of gait and sensors."""
 
 import zlib
 

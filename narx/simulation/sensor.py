@@ -62,7 +62,7 @@ class TriadModel:
 
 @dataclass(frozen=True)
 class SensorModel:
-    """A product: gyroscope, accelerometer and how they are sampled.
+    """A sensor product: gyroscope, accelerometer and their sampling.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is constant over one session: sensor positions, soft tissue, individual sensors."""
+"""Constants of a session: sensor positions, soft tissue, individual sensors."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
@@ -165,7 +165,7 @@ def _mount(rng: np.random.Generator, segment: str, body: Body, mounting: str) ->
         "pelvis": np.array([-0.10, 0.0, 0.08]),
     }[kind]
     place = place * [body.girth, body.girth, 1.0] + _PLACEMENT_SD_M * rng.standard_normal(3)
-    # drawn in either case, so that the choice of mounting does not change other random numbers
+    # always drawn, so that the choice of mounting does not change other random numbers
     arbitrary = Rotation.from_quat(rng.standard_normal(4))
     slip = Rotation.from_rotvec(np.radians(_STRAPPED_SD_DEG) * rng.standard_normal(3))
     return Mounting(place, arbitrary if mounting == "random" else slip)

@@ -1,10 +1,10 @@
-"""What a data set of simulated walks asks for, estimated before anything is simulated."""
+"""Estimate the size of a simulated data set before simulation."""
 
 from narx.errors import UserError
 
-# months of computing
+# more would take months of computing
 MOST_TRIALS = 100_000
-# measured at the peak, with one sensor or four
+# peak memory measured with one and with four sensors
 _BYTES_A_SAMPLE = 1300
 MOST_GIB = 2.5
 _LONGEST_STEP_S = 1.0
@@ -23,13 +23,13 @@ def longest_walk_s(stand_s: tuple[float, float], steps: tuple[int, int]) -> floa
     Returns
     -------
     float
-        Generously, s.
+        Upper estimate, s.
     """
     return 2.0 * stand_s[1] + _LONGEST_STEP_S * steps[1]
 
 
 def check_size(n_trials: int, longest_s: float, motion_rate_hz: float) -> None:
-    """Refuse what cannot be simulated.
+    """Refuse a data set that is too large to simulate.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Training of networks: objective, starts, optimisers, teachers."""
+"""Training of networks: objective, starting weights, optimisers, teachers."""
 
 from narx.training.design import NetworkDesign
 from narx.training.gradient import Adam, Lbfgs

@@ -1,4 +1,4 @@
-"""Training sequences in parallel, padded, for a rollout in closed loop."""
+"""Padded batches of training sequences for a closed-loop rollout."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from narx.windows.sequences import TrainingSequence
 
 @dataclass(frozen=True)
 class Batch:
-    """Sequences in parallel, padded at the end, with states and targets for a rollout.
+    """A batch of sequences, padded at the end, with states and targets for a rollout.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Batch:
     posture_rad : Tensor, shape (B, 3)
         Angle at a network output of zero.
     weight : Tensor, shape (B,)
-        Of the squared errors.
+        Weight of the squared errors of each sequence.
     """
 
     rates_rad_s: Tensor
@@ -47,17 +47,17 @@ def batch(sequences: Sequence[TrainingSequence], model: Narx, initial_state: Ini
     Parameters
     ----------
     sequences : sequence of TrainingSequence
-        Of the network's sampling rate.
+        Sequences with the network's sampling rate.
     model : Narx
         Network whose scales apply to the state.
     initial_state : {"teacher", "zero"}
-        Start from the teacher's first angles, about the mean posture; or from zero about zero
-        (Tham et al., II-B3).
+        Start from the teacher's first angles about the mean posture, or from zero angles about a
+        posture of zero (Tham et al., II-B3).
 
     Returns
     -------
     Batch
-        float64.
+        Batch in float64.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def batch(sequences: Sequence[TrainingSequence], model: Narx, initial_state: Ini
         if initial_state == "teacher":
             posture[row] = torch.nan_to_num(target.nanmean(dim=0))
             rate = rates[row, 0]
-            # one step back along the first rate: there is no sample before the first
+            # there is no sample before the first: extrapolate one step back along the first rate
             angles[row] = torch.nan_to_num(target[0] - posture[row]) - rate / model.sampling_rate_hz
             previous[row] = angles[row] - rate / model.sampling_rate_hz
             first_rates[row] = rate

@@ -23,8 +23,8 @@ from narx.training.objective import Log, Objective, Optimizer
 from narx.training.progress import Progress, fingerprint
 from narx.windows.sequences import TrainingSequence
 
-# compiled loops are unrolled over neurons and delays, and normal equations grow with the square
-# of the weights, for every start
+# compiled loops are unrolled over neurons and delays, and the normal equations of every start grow
+# with the square of the number of weights
 _MOST_WEIGHTS = 600
 _Size = Annotated[int, Field(ge=1, le=64)]
 
@@ -87,14 +87,14 @@ class NetworkDesign:
         Parameters
         ----------
         training : sequence of TrainingSequence
-            Of one sampling rate.
-        offset_free : bool
+            Sequences with the same sampling rate.
+            offset_free : bool
             Subtract each sequence's mean angle before the angle's scale is chosen.
 
         Returns
         -------
         Narx
-            With zero weights.
+            Network with zero weights.
 
         Raises
         ------
@@ -121,17 +121,17 @@ class NetworkDesign:
         )
 
     def check_same(self, network: Narx) -> None:
-        """Refuse a network that is not of this design.
+        """Refuse a network of a different design.
 
         Parameters
         ----------
         network : Narx
-            Trained before.
+            Previously trained network.
 
         Raises
         ------
         UserError
-            Naming what differs.
+            If the design differs; the message names the difference.
         """
         structure = network.structure
         for name, has in (
@@ -176,7 +176,7 @@ def train_network(
     log : callable
         Called with iteration and numbers by name.
     start : Narx, optional
-        Trained network to go on from, of the same design; its scales are kept.
+        Trained network of the same design from which to continue; its scales are kept.
     progress_folder : pathlib.Path, optional
         Where the state of the training is kept while it lasts, in a file named by what is trained:
         the same training goes on from there.
@@ -186,13 +186,13 @@ def train_network(
     model : Narx
         Trained network.
     history : dict
-        Plain numbers and strings for a checkpoint: what it was trained on, the optimizer's
-        report and a statement about its stability.
+        Plain numbers and strings for a checkpoint: training data, the optimizer's report and a
+        statement about stability.
 
     Raises
     ------
     UserError
-        If the network to go on from is of another design.
+        If the network to continue from has a different design.
     """
     objective = objective.for_axes(design.coupled)
     if start is None:

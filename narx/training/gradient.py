@@ -30,14 +30,14 @@ from narx.training.restarts import Restarts
 from narx.training.stages import Stage, closed_loop_fit, stages_of
 from narx.types import FloatArray
 
-# of the cost at the start of a stage, deg^2 per squared typical size: directions in which it
-# bends less are not stretched further
+# lower limit of the curvature of the cost at the start of a stage, deg^2 per squared typical size;
+# directions with less curvature are not scaled up further
 _LEAST_CURVATURE = 1.0
 
-# evaluations of a line search
+# largest number of evaluations of a line search
 _MOST_LINE_SEARCH = 26
 
-# weights in, cost in deg^2 and its gradient out
+# maps weights to the cost in deg^2 and its gradient
 _Cost = Callable[[FloatArray], tuple[float, FloatArray]]
 # one step of torch's optimiser
 _Step = Callable[[Callable[[], Tensor]], None]
@@ -94,7 +94,7 @@ class _GradientOptimizer:
         log : callable
             Called with the cost of a start, as ``restart_00/cost_deg2``, after each iteration.
         start : ndarray, shape (P,), optional
-            Weights to go on from in the last stage, instead of random starts.
+            Weights from which to continue in the last stage, instead of random starts.
         progress : Progress, optional
             State of this training where it was cut off, kept from then on.
 
@@ -106,7 +106,7 @@ class _GradientOptimizer:
         Raises
         ------
         UserError
-            If no sample counts, or no restart stayed finite.
+            If no sample is scored, or no restart stayed finite.
         """
         starts, curriculum = starts_of(model, rng, self.restarts, self.curriculum, start)
         stages = stages_of(model, training, objective, curriculum, self.prior_deg2)
@@ -137,7 +137,7 @@ class _GradientOptimizer:
     def _descend(
         self, stage: Stage, number: int, free: np.ndarray, size: FloatArray, run: Restarts
     ) -> FloatArray:
-        """Minimise one stage; returns the weights of least cost."""
+        """Minimise one stage; return the weights with the lowest cost."""
         cost = _by_torch(stage, self.device) if self.device else _compiled(stage)
         start, state = run.weights, run.descent
         basis = _basis(stage, start, free, size) if state is None else state["basis"].numpy()
@@ -202,26 +202,26 @@ class _GradientOptimizer:
 class Lbfgs(_GradientOptimizer):
     """Limited-memory BFGS with a strong Wolfe line search (`torch.optim.LBFGS`).
 
-    Weights are scaled by their typical sizes, and by the curvature of the cost at the start of
-    each stage: as they come, they differ in size by a factor of 10^4.
+    Weights are scaled by their typical sizes and by the curvature of the cost at the start of
+    each stage: unscaled, they differ in size by a factor of 10^4.
 
     Parameters
     ----------
     restarts : int
         Random starts.
     iterations : int
-        Per restart and stage.
+        Iterations per restart and stage.
     curriculum : sequence of {"open", int, "closed"}
         Stages (`narx.training.stages.stages_of`).
     prior_deg2 : float
         As `narx.training.LevenbergMarquardt`.
     cost_change : float
-        A restart stops when ten iterations lower its cost by less than ten times this share.
+        A restart stops when ten iterations lower its cost by less than ten times this fraction.
     device : str, optional
-        Where torch operations compute the cost, such as ``cuda``; the compiled loop on the CPU
-        if not given.
+        Device on which torch operations compute the cost, such as ``cuda``; by default the compiled
+        loop on the CPU is used.
     history_size : int
-        Updates that LBFGS remembers.
+        Number of updates stored by LBFGS.
 
     Raises
     ------
@@ -235,7 +235,7 @@ class Lbfgs(_GradientOptimizer):
         optimizer = torch.optim.LBFGS(
             [parameter],
             max_iter=1,
-            # by default a quarter more than max_iter, which leaves the line search no evaluation
+            # torch's default, 1.25 max_iter, leaves the line search no evaluation
             max_eval=_MOST_LINE_SEARCH,
             history_size=self.history_size,
             line_search_fn="strong_wolfe",
@@ -247,24 +247,24 @@ class Lbfgs(_GradientOptimizer):
 
 @dataclass(frozen=True)
 class Adam(_GradientOptimizer):
-    """Adam (`torch.optim.Adam`) with a step size that rises, then falls to nearly nothing.
+    """Adam (`torch.optim.Adam`) with a step size that rises, then decays to almost zero.
 
-    Weights are scaled as in `Lbfgs`. It descends the logarithm of the cost, which has the same
-    minimum: a loop that is not yet stable has a cost of thousands, after which Adam's running
-    mean of squares would hold all later steps down.
+    Weights are scaled as in `Lbfgs`. Adam minimises the logarithm of the cost, which has the same
+    minimum: a loop that is not yet stable has a cost of thousands, after which Adam's running mean
+    of squared gradients would keep all later steps small.
 
     Parameters
     ----------
     restarts : int
         Random starts.
     iterations : int
-        Per restart and stage.
+        Iterations per restart and stage.
     curriculum : sequence of {"open", int, "closed"}
         Stages (`narx.training.stages.stages_of`).
     prior_deg2 : float
         As `narx.training.LevenbergMarquardt`.
     cost_change : float
-        As `Lbfgs`; zero, because the last and smallest steps are the ones that settle.
+        As `Lbfgs`; zero by default, because convergence is reached in the last, smallest steps.
     device : str, optional
         As `Lbfgs`.
     learning_rate : float
@@ -327,7 +327,7 @@ def _by_torch(stage: Stage, device: str) -> _Cost:
 
 
 def _basis(stage: Stage, start: FloatArray, free: np.ndarray, size: FloatArray) -> FloatArray:
-    """Directions (P_free, P_free) along which the cost bends alike, in units of typical sizes."""
+    """Directions (P_free, P_free) with equal curvature of the cost, in units of typical sizes."""
     products = stage.problem.products(start[None])[0] * stage.mean_square
     lower = np.tril(products)
     curvature = (lower + np.tril(lower, -1).T)[np.ix_(free, free)] * np.outer(size, size)

@@ -6,8 +6,8 @@ from narx.network.model import Narx
 from narx.types import FloatArray
 
 # Size of the hidden neurons' arguments. A relative nonlinearity b of the tanh makes the angle leak
-# by b at every sample: at 500 Hz a slope of 0.1 would leak 2 rad/s at 30 degrees, far too much for
-# gait. 0.01 leaves 0.02 rad/s.
+# by the fraction b at every sample: at 500 Hz a slope of 0.1 would give a leak of 2 rad/s at 30
+# degrees, far too much for gait. A slope of 0.01 gives 0.02 rad/s.
 SLOPE = 0.01
 
 
@@ -24,7 +24,7 @@ def leaky_integrator(model: Narx, leak_rad_s: float) -> FloatArray:
     Returns
     -------
     ndarray, shape (n_features,)
-        Of v_k, v_{k-1}, ..., p_{k-1}, p_{k-2}, ... in normalised units.
+        Coefficients of v_k, v_{k-1}, ..., p_{k-1}, p_{k-2}, ... in normalised units.
 
     Notes
     -----
@@ -56,12 +56,12 @@ def leaky_integrator_weights(
     leak_rad_s : float
         Corner frequency, rad/s.
     slope : float
-        Size of the hidden neurons' arguments: small keeps tanh nearly linear.
+        Size of the hidden neurons' arguments; small values keep tanh nearly linear.
 
     Returns
     -------
     ndarray, shape (P,)
-        Flat weights; all hidden neurons alike, no biases.
+        Flat weights; all hidden neurons are equal, without biases.
     """
     structure = model.structure
     weights = np.zeros(structure.n_weights)
@@ -107,13 +107,13 @@ def random_weights(
     Parameters
     ----------
     model : Narx
-        Network to start; odd networks get zero biases.
+        Network to initialise; odd networks get zero biases.
     rng : numpy.random.Generator
         Random number generator.
     leak_rad_s : tuple of two floats
         Range of the corner frequency, rad/s, drawn log-uniformly.
     slope : float
-        Size of the hidden neurons' arguments: small keeps tanh nearly linear.
+        Size of the hidden neurons' arguments; small values keep tanh nearly linear.
     spread : float
         Random part of the hidden weights, relative to `slope`.
 

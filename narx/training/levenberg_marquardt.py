@@ -99,14 +99,14 @@ class LevenbergMarquardt:
         training, validation : Batch
             Sequences; the second is used to choose among starts.
         objective : Objective
-            What is minimised.
+            Objective to minimise.
         rng : numpy.random.Generator
             Draws the starts.
         log : callable
             Called with the cost of every start, as ``restart_00/cost_deg2``, after each
             iteration.
         start : ndarray, shape (P,), optional
-            Weights to go on from in the last stage, instead of random starts.
+            Weights from which to continue in the last stage, instead of random starts.
         progress : Progress, optional
             State of this training where it was cut off, kept from then on.
 
@@ -118,7 +118,7 @@ class LevenbergMarquardt:
         Raises
         ------
         UserError
-            If no sample counts, or no start stays finite.
+            If no sample is scored, or no start stays finite.
         """
         options = Options(
             Stopping(self.iterations, self.gradient, self.step, self.cost_change),

@@ -1,8 +1,8 @@
 """Many starts, a curriculum of problems, and a choice by error on held-out samples.
 
-Of networks that all fit well one step ahead, some drift or diverge in closed loop. Therefore many
-starts are trained, on the easy problem first (one step ahead), then on growing horizons, then in
-closed loop, and the best in closed loop on held-out samples is chosen.
+Networks that fit equally well one step ahead may drift or diverge in closed loop. Therefore many
+starts are trained, first on the easy problem (one step ahead), then with growing horizons, then in
+closed loop, and the one with the lowest closed-loop error on held-out samples is chosen.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,8 +23,8 @@ from narx.training.progress import Progress
 from narx.training.stages import Stage
 from narx.types import FloatArray
 
-# starts that are trained in parallel, and a unit of work for a thread; fixed, so that results do
-# not depend on the number of threads
+# starts that are trained in parallel, as one thread's unit of work; fixed, so that results do not
+# depend on the number of threads
 _TOGETHER = 16
 
 
@@ -35,7 +35,7 @@ class MultiStartResult:
     Parameters
     ----------
     weights : ndarray, shape (P,)
-        Of the best start.
+        Weights of the best start.
     best : int
         Index of the best start.
     errors : ndarray, shape (R,)
@@ -44,7 +44,7 @@ class MultiStartResult:
     n_dropped : int
         Starts whose error is not finite.
     all_weights : ndarray, shape (R, P)
-        Of every start.
+        Weights of every start.
     stages : dict of str to list
         For each stage, by name, the results of the starts, in groups.
     """
@@ -62,9 +62,9 @@ class MultiStartResult:
         Parameters
         ----------
         stages : sequence of Stage
-            Those that were run.
+            The stages that were run.
         start : int, optional
-            Which start; the best if not given.
+            Index of the start; by default the best.
 
         Returns
         -------
@@ -196,21 +196,21 @@ def multi_start(
     validation : LeastSquaresProblem
         Closed-loop fit to held-out samples.
     options : Options, optional
-        Of the solver; defaults if not given.
+        Options of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
-        Weights that may move; all if not given.
+        Weights that may change; by default all.
     low_enough : float
         A start ends a stage whose mean square (`Stage.mean_square`) is as low as this.
     log : callable, optional
-        Called after each iteration of a group of starts, possibly from several threads: number
-        of its first start, the starts' costs, and the stage's factor to mean squares.
+        Called after each iteration of a group of starts, possibly from several threads, with the
+        number of its first start, the starts' costs, and the stage's factor to mean squares.
     progress : Progress, optional
         State of this training where it was cut off, kept from then on.
 
     Returns
     -------
     MultiStartResult
-        The best start and the spread of all; the same numbers with any number of threads.
+        The best start and the spread of all; independent of the number of threads.
 
     Raises
     ------

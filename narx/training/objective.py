@@ -22,43 +22,43 @@ _NotNegative = Annotated[float, Field(ge=0)]
 # progress reported by an optimizer: iteration, and numbers by name (cost, damping, ...)
 Log = Callable[[int, dict[str, float]], None]
 
-# the artificial return to rest: from about ten degrees, for so many time constants
+# the artificial return to rest: from about ten degrees, over this number of time constants
 _REST_ANGLE_RAD = 0.2
 _REST_TIME_CONSTANTS = 4.0
 
 
 @dataclass(frozen=True)
 class Objective:
-    """What is minimised: the closed-loop error against the teacher.
+    """Objective of training: the closed-loop error relative to the teacher.
 
     Parameters
     ----------
     axis_weights : tuple of three floats
-        Of the squared errors of the sagittal, frontal and transverse axis.
+        Weights of the squared errors of the sagittal, frontal and transverse axis.
     offset_free : bool, optional
         Remove each sequence's mean error on each axis first: the start-up finds the mean angle.
         For coupled axes alone, and by default.
     washout_s : float
-        Time after a sequence's start that does not count, s.
+        Time after a sequence's start that is not scored, s.
     rest_weight : float
-        Weight of an artificial sequence beside all others together: from a wrong angle and
-        without motion, the network is to return to its posture as exp(-rest_leak_rad_s t). Ten
-        seconds of walking do not tell how fast to forget, nor even that forgetting is wanted: a
-        pole outside the unit circle fits them as well. 0 leaves the sequence out.
+        Weight of an artificial sequence relative to all others together: from a wrong angle and
+        without motion, the network should return to its posture as exp(-rest_leak_rad_s t). Ten
+        seconds of walking determine neither the rate of this leak nor even its sign: a pole
+        outside the unit circle fits them equally well. 0 leaves the sequence out.
     rest_leak_rad_s : float
-        How fast, rad/s.
+        Rate of this leak, rad/s.
 
     Raises
     ------
     UserError
-        If a value is out of its range, or no axis counts.
+        If a value is out of its range, or all axis weights are zero.
     """
 
     axis_weights: tuple[_NotNegative, _NotNegative, _NotNegative] = (1.0, 1.0, 0.0)
     offset_free: bool | None = None
     washout_s: Seconds = 0.0
     rest_weight: _NotNegative = 0.1
-    # a slower return would take more samples than any training has
+    # a slower return would need more samples than any training sequence has
     rest_leak_rad_s: Annotated[float, Field(ge=1e-3, le=100)] = 0.05
 
     def __post_init__(self) -> None:
@@ -94,7 +94,7 @@ class Objective:
         return replace(self, offset_free=coupled) if self.offset_free is None else self
 
     def washout_samples(self, model: Narx) -> int:
-        """Samples that do not count at a network's rate.
+        """Number of samples in the washout at a network's rate.
 
         Parameters
         ----------
@@ -116,12 +116,13 @@ class Objective:
         model : Narx
             Gives rate and scales.
         sequences : Batch
-            To be trained on.
+            Training sequences.
 
         Returns
         -------
         Batch
-            One row more, and as long as the return takes; the same if `rest_weight` is zero.
+            Batch with one more row, and long enough for the return; unchanged if `rest_weight` is
+            zero.
         """
         if self.rest_weight == 0:
             return sequences
@@ -152,7 +153,7 @@ class Objective:
 
 @dataclass(frozen=True)
 class FitReport:
-    """What an optimizer has to say about its result.
+    """Report of an optimizer on its result.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ class FitReport:
     evaluations : int
         Evaluations of the cost, over all restarts.
     restarts : dict
-        Spread over restarts: how many, how many were dropped, quantiles of the validation error.
+        Spread over restarts: their number, the number dropped, quantiles of the validation error.
     """
 
     code: str
@@ -205,7 +206,7 @@ class Optimizer(Protocol):
         log : callable
             Called with iteration and numbers by name: ``restart_00/cost_deg2``.
         start : ndarray, shape (P,), optional
-            Weights to go on from, instead of random starts.
+            Weights from which to continue, instead of random starts.
         progress : Progress, optional
             State of this training where it was cut off, kept from then on; not given to an
             optimizer that takes none, which then begins anew.

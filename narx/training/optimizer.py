@@ -50,9 +50,9 @@ def starts_of(
     Returns
     -------
     starts : ndarray, shape (R, P)
-        Random, or the one that is given.
+        Random starts, or the given one.
     curriculum : sequence of {"open", int, "closed"}
-        All stages, or the last one: earlier ones would move away from a trained network.
+        All stages, or only the last for a trained network, from which earlier ones would move away.
     """
     if start is not None:
         return np.array(start, dtype=np.float64)[None], curriculum[-1:]
@@ -70,7 +70,7 @@ def restart_tag(restart: int) -> str:
     Returns
     -------
     str
-        Such as ``restart_03``.
+        Name such as ``restart_03``.
     """
     return f"restart_{restart:02d}"
 
@@ -87,7 +87,7 @@ def spread_report(errors_deg: FloatArray) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        Number of restarts, number dropped, and least, median and largest error.
+        Number of restarts, number dropped, and smallest, median and largest error.
     """
     finite = errors_deg[np.isfinite(errors_deg)]
     return {

@@ -1,4 +1,4 @@
-"""How far a training has come, on disk, so that one that was cut off goes on from there."""
+"""State of an unfinished training on disk, from which an interrupted training continues."""
 
 import hashlib
 import threading
@@ -15,22 +15,22 @@ from torch import Tensor
 
 from narx.files import atomic_path
 
-# between two states of a part: short trainings write nothing, long ones lose no more than this
+# time between two stored states of a part: short trainings store none, long ones lose at most this
 INTERVAL_S = 10.0
 
 State = dict[str, Any]
 
 
 class Progress:
-    """State of one training: optimiser, weights and what was logged, by part.
+    """State of one training: optimiser, weights and logged numbers, by part.
 
-    A part is what is trained at a time, such as a group of starts. The file is replaced in one
-    piece, and read with ``weights_only=True``.
+    A part is a unit of training, such as a group of starts. The file is replaced atomically, and
+    read with ``weights_only=True``.
 
     Parameters
     ----------
     path : pathlib.Path, optional
-        File of the state; None keeps nothing.
+        File of the state; None stores nothing.
     """
 
     def __init__(self, path: Path | None = None) -> None:
@@ -41,7 +41,7 @@ class Progress:
         self._begun_s = time.monotonic()
 
     def of(self, part: str) -> State | None:
-        """Return the state of a part when the training was cut off.
+        """Return the last stored state of a part.
 
         Parameters
         ----------
@@ -51,26 +51,26 @@ class Progress:
         Returns
         -------
         dict or None
-            As given to `keep`, arrays as tensors; None if there is none.
+            State as given to `keep`, with arrays as tensors; None if there is none.
         """
         return self._parts.get(part)
 
     def keep(self, part: str, state: Callable[[], State]) -> None:
-        """Write the state of a part, unless one was written less than `INTERVAL_S` ago.
+        """Store the state of a part, unless one was stored less than `INTERVAL_S` ago.
 
         Parameters
         ----------
         part : str
             Name of the part.
         state : callable
-            Returns numbers, strings, arrays and tensors, in dictionaries and lists. What is
-            not to be drawn again from the training's seed must be among them.
+            Returns numbers, strings, arrays and tensors, in dictionaries and lists. It must include
+            everything that cannot be reproduced from the training's seed.
         """
         now_s = time.monotonic()
         due = now_s - self._kept_s.get(part, self._begun_s) >= INTERVAL_S
         if self._path is None or not due:
             return
-        with self._lock:  # parts may be trained in threads
+        with self._lock:  # parts may be trained in several threads
             self._kept_s[part] = now_s
             self._parts[part] = _copied(state())
             with atomic_path(self._path) as temporary:
@@ -78,14 +78,14 @@ class Progress:
 
 
 def fingerprint(settings: Iterable[object], tensors: Iterable[Tensor]) -> str:
-    """Digest what the result of a training depends on.
+    """Compute a digest of everything on which the result of a training depends.
 
     Parameters
     ----------
     settings : iterable of object
-        By their `repr`.
+        Included by their `repr`.
     tensors : iterable of Tensor
-        By their content.
+        Included by their content.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def _read(path: Path) -> dict[str, State]:
     except FileNotFoundError:
         return {}
     except (OSError, EOFError, RuntimeError, UnpicklingError, zipfile.BadZipFile):
-        return {}  # a damaged disk costs the time since the start, not the training
+        return {}  # an unreadable state is ignored: the training starts again
     return parts
 
 

@@ -26,7 +26,7 @@ class Stage:
     Parameters
     ----------
     name : str
-        For reports.
+        Name of the stage, for reports.
     problem : LeastSquaresProblem
         Problem to minimise.
     mean_square : float
@@ -52,7 +52,7 @@ def stages_of(
     model : Narx
         Network.
     training : Batch
-        Sequences, the artificial return to rest among them.
+        Sequences, including the artificial return to rest.
     objective : Objective
         Weights and washout. Mean errors are subtracted only in the closed loop of coupled axes; one
         and several steps ahead, the targets already have zero mean.
@@ -66,7 +66,7 @@ def stages_of(
     Returns
     -------
     list of Stage
-        With costs in deg^2.
+        Stages with costs in deg^2.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def closed_loop_fit(
     sequences : Batch
         Training or held-out sequences.
     objective : Objective
-        Weights, washout, whether mean errors count.
+        Axis weights, washout, and whether mean errors are removed.
     what : str
         Kind of the sequences, for the message.
 
@@ -110,13 +110,13 @@ def closed_loop_fit(
     problem : LeastSquaresProblem
         Residuals in rad (coupled axes) or in normalised units.
     unit_deg2 : float
-        Square degrees in the unit of its squared residuals.
+        Square degrees per unit of its squared residuals.
 
     Raises
     ------
     UserError
-        If no sample counts, so that any network would have an error of zero; or if mean errors
-        are not to count, and the axes are not coupled.
+        If no sample is scored, so that any network would have an error of zero; or if mean errors
+        are to be removed and the axes are not coupled.
     """
     objective = objective.for_axes(model.coupled)
     washout = objective.washout_samples(model)
@@ -162,7 +162,7 @@ def _ahead(
     """Choose the fit of a stage before the closed loop."""
     if name != "open":
         return _axes_fit(model, sequences, objective, int(name))
-    # the first windows need earlier samples, possibly within the washout
+    # the first scored windows use earlier samples, possibly within the washout
     first = max(model.structure.input_lags - 1, model.structure.output_lags)
     begin = max(objective.washout_samples(model) - first, 0)
     windows = LaggedWindows.of_arrays(

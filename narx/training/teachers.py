@@ -66,12 +66,12 @@ class ReferenceTeacher:
     """Learn from the optical reference of the training trials."""
 
     def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
-        """Look the angles up.
+        """Return the reference angles.
 
         Parameters
         ----------
         dataset : str
-            For the message.
+            Dataset, for the message.
         segment : CalibratedSegment
             Segment to learn.
 
@@ -95,7 +95,7 @@ class ReferenceTeacher:
 
 @dataclass(frozen=True)
 class AutomaticTeacher:
-    """Learn from the method in simulation, as the paper does, else from the reference.
+    """Learn from the method in simulation, as in the paper, and otherwise from the reference.
 
     On real walks with turns the complementary filter, which treats the axes independently, is too
     inaccurate as a teacher (docs/generalisation.md).
@@ -103,13 +103,13 @@ class AutomaticTeacher:
     Parameters
     ----------
     method : OrientationMethod
-        Teacher in simulation, and without a reference.
+        Teacher in simulation, and for segments without a reference.
     """
 
     method: OrientationMethod
 
     def angles_rad(self, dataset: str, segment: CalibratedSegment) -> FloatArray:
-        """Estimate the angles or look them up.
+        """Estimate the angles or return those of the reference.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Train a network from a notebook or a command, on trials, folds or own arrays."""
+"""Train a network on trials, on a fold, or on arrays, from a notebook or a command."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -33,7 +33,7 @@ def _silent(iteration: int, numbers: dict[str, float]) -> None:
 
 @dataclass(frozen=True)
 class Trainer:
-    """All choices of a training; `fit` runs it.
+    """All settings of a training; `fit` runs it.
 
     Parameters
     ----------
@@ -52,21 +52,21 @@ class Trainer:
     washout_s : float, optional
         As `narx.inference.NarxMethod`, s; None for no washout.
     held_back : float
-        End of each training sequence that chooses among restarts where no data are given for
-        that, as a share of its samples in [0, 0.9]; 0 lets the training data choose.
+        Fraction of each training sequence, in [0, 0.9], held out at its end to choose among
+        restarts if no validation data are given; with 0, the training data are used to choose.
     align_clock : bool
         Remove the lag of each trial's targets behind the gyroscope first, which the network would
         learn (`narx.windows.target_clock`).
     seed : int or numpy.random.Generator
         Seed of the starts.
     tracker : PostureTracker, optional
-        Learns posture and bias as the network runs, instead of start-up and washout.
+        Estimates posture and gyroscope bias while the network runs; replaces start-up and washout.
     start : Checkpoint, optional
-        Trained network to go on from, of the same design and sampling rate: its scales are kept,
-        and only the last stage of the curriculum is run.
+        Trained network of the same design and sampling rate from which to continue: its scales are
+        kept, and only the last stage of the curriculum is run.
     progress_folder : pathlib.Path, optional
-        Where the state of a training is kept while it lasts: the same training, started again
-        after it was cut off, goes on from there and ends with the same weights.
+        Folder for the state of an unfinished training. If an interrupted training is started again
+        with the same settings, it continues from this state and ends with the same weights.
 
     Raises
     ------
@@ -110,21 +110,21 @@ class Trainer:
         validation: Iterable[Trial | TrainingSequence] = (),
         log: Log = _silent,
     ) -> Checkpoint:
-        """Train on whole trials, on own sequences, or on both.
+        """Train on whole trials, on sequences, or on both.
 
         Parameters
         ----------
         training : iterable of Trial or TrainingSequence
-            Training data; `narx.windows.from_arrays` makes sequences from own arrays.
+            Training data; `narx.windows.from_arrays` makes sequences from arrays.
         validation : iterable of Trial or TrainingSequence, optional
-            Data to choose among restarts; the end of every training sequence if not given.
+            Data to choose among restarts; by default the end of every training sequence.
         log : callable, optional
-            Called with iteration and numbers by name during training.
+            Progress callback, called with the iteration and numbers by name.
 
         Returns
         -------
         Checkpoint
-            Trained network with its report and stability statement; with its error where trials
+            Trained network with its report and stability statement, and with its error if trials
             have a reference.
 
         Raises

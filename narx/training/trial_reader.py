@@ -1,4 +1,4 @@
-"""From trials to training sequences, and the error of a trained method on them."""
+"""Extract training sequences from trials, and measure the error of a trained method on them."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -18,22 +18,22 @@ from narx.windows.sequences import TrainingSequence, contiguous
 
 Std = tuple[float, float, float]
 
-# half widths of the 68 and 95 % bands of a normal distribution
+# half-widths of the 68 and 95 % bands of a normal distribution, in standard deviations
 _NORMAL_BANDS = np.array([0.9945, 1.96])
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A trial and the part of it that may be trained on.
+    """A trial and the part of it that may be used for training.
 
     Parameters
     ----------
     trial : Trial
         The whole trial.
     start_s, stop_s : float
-        Part of it, in s from its first sample.
+        Start and end of that part, in s from the first sample.
     segments : mapping of str to CalibratedSegment, optional
-        The trial's, where it is calibrated already.
+        Segments of the trial, if it is already calibrated.
     """
 
     trial: Trial
@@ -53,16 +53,16 @@ class TrialReader:
     Parameters
     ----------
     teacher : Teacher
-        Source of target angles: by default the reference if there is one, on simulated gait the
-        complementary filter, as in Tham et al.
+        Source of target angles: by default the reference if there is one, but the complementary
+        filter on simulated gait, as in Tham et al.
     calibration : {"auto", "leg", "knee", "functional", "walking", "sensor"}
         As `narx.calibration.calibrate`.
     skip_s : float
-        Start of each trial that is left out, s.
+        Length of the start of each trial that is left out, s.
     segments : sequence of str, optional
-        Names of the segments to train on; all if not given.
+        Names of the segments to train on; by default all.
     weights : mapping of str to float
-        Factor on the squared errors by dataset; 1 for those not named.
+        Factor on the squared errors of each dataset; 1 by default.
 
     Raises
     ------
@@ -85,18 +85,18 @@ class TrialReader:
         Parameters
         ----------
         stretches : iterable of Stretch
-            Read one after another, so trials need not be in memory together.
+            Read one at a time, so that trials need not be in memory together.
 
         Returns
         -------
         list of TrainingSequence
-            Trial after trial, segment after segment, each in time order.
+            Sequences by trial, then segment, then time.
 
         Raises
         ------
         UserError
-            If a part lies outside its trial, no trial has a requested segment, or nothing is free
-            of gaps.
+            If a part lies outside its trial, no trial has a requested segment, or there is no
+            sequence without gaps.
         """
         found: list[TrainingSequence] = []
         names: list[str] = []
@@ -178,7 +178,7 @@ class TrialReader:
         return _as_std(np.where(np.isfinite(after), after, start)), _as_std(start)
 
     def std_scale(self, method: NarxMethod, stretches: Iterable[Stretch]) -> Std:
-        """Measure by what factor a tracker's standard deviations are too small.
+        """Compute the factor by which a tracker's standard deviations are too small.
 
         Parameters
         ----------
@@ -190,8 +190,9 @@ class TrialReader:
         Returns
         -------
         tuple of three floats
-            So that 68 and 95 % of the errors lie within their bands, in the mean of both; of the
-            sagittal and frontal axis where the transverse one has no reference; 1 without any.
+            Factor for each axis with which 68 and 95 % of the errors lie within their bands (mean
+            of both). An axis without a reference gets the mean of the others; 1 without any
+            reference.
         """
         ratios: list[FloatArray] = []
         for stretch in stretches:

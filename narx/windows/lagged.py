@@ -16,9 +16,9 @@ from narx.windows.sequences import TrainingSequence
 class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
     """One-step-ahead pairs (v_k, v_{k-1}, p_{k-1}, p_{k-2}) -> p_k (Tham et al., Fig. 4).
 
-    Lags never cross the border of a sequence or a gap: a pair exists only where every value in
-    it was measured. What a `torch.utils.data.DataLoader` takes, and what the open-loop stage of
-    every optimiser is fitted to.
+    Lags never cross the border of a sequence or a gap: a pair exists only if all its values were
+    measured. The data set can be passed to a `torch.utils.data.DataLoader`, and is used in the
+    open-loop stage of every optimiser.
 
     Parameters
     ----------
@@ -32,16 +32,16 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
     output_lags : int
         Number of past outputs: p_{k-1} ... p_{k-output_lags}.
     weights : sequence of float, optional
-        Of the squared errors of each sequence; 1 if not given.
+        Weights of the squared errors of each sequence; 1 if not given.
 
     Attributes
     ----------
     features : Tensor, shape (M, n_inputs * input_lags + output_lags)
         Newest first: all inputs of a sample together, then the outputs.
     targets : Tensor, shape (M,)
-        Output wanted.
+        Target outputs.
     weights : Tensor, shape (M,)
-        Of the squared error of each pair; not part of a pair.
+        Weight of the squared error of each pair; not part of a pair.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
             rows += [angle[None, first - lag :][:, :n] for lag in range(1, output_lags + 1)]
             pairs = np.concatenate([*rows, angle[None, first:][:, :n]])
             parts.append(pairs[:, np.isfinite(pairs).all(axis=0)])
-        # a row a feature, as the compiled fit reads them; a view turns them for everybody else
+        # one row per feature, the layout of the compiled fit; `features` is a transposed view
         pairs = np.concatenate(parts, axis=1)
         self.features = torch.from_numpy(pairs[:-1]).T
         self.targets = torch.from_numpy(pairs[-1])
@@ -97,14 +97,14 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
         sequences: Sequence[TrainingSequence],
         axis_weights: Sequence[float] = (1.0, 1.0, 1.0),
     ) -> "LaggedWindows":
-        """Make the windows of training sequences, of one or many trials, for a network.
+        """Create the windows of training sequences of one or many trials for a network.
 
         Parameters
         ----------
         model : Narx
             Gives lags, scales and whether the axes are coupled.
         sequences : sequence of TrainingSequence
-            Each works about its mean angle.
+            Sequences; the posture of each is its mean angle.
         axis_weights : sequence of three floats
             Of the squared errors of each axis; an axis of zero is left out.
 
@@ -132,9 +132,9 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
         weights: Sequence[float],
         axis_weights: Sequence[float],
     ) -> "LaggedWindows":
-        """Make the windows of gyroscope and angles for a network.
+        """Create the windows of gyroscope signals and angles for a network.
 
-        Coupled axes take the tilt from the angles, at the sample of the rate.
+        Coupled axes use the tilt of the angles at the same sample as the rate.
 
         Parameters
         ----------
@@ -143,7 +143,7 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
         rates_rad_s, angles_rad : sequence of ndarray, each of shape (N_i, 3)
             Gyroscope and angles of each sequence; NaN where missing.
         postures_rad : sequence of ndarray, each of shape (3,)
-            Angle about which the network works.
+            Posture of the network, for each sequence.
         weights : sequence of float
             Of the squared errors of each sequence.
         axis_weights : sequence of three floats

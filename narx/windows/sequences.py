@@ -24,7 +24,7 @@ class TrainingSequence:
     target_rad : ndarray, shape (N, 3)
         The teacher's angles, order of `narx.kinematics.segment_angles.AXES`; NaN where missing.
     weight : float
-        Of its squared errors.
+        Weight of its squared errors.
     """
 
     name: str
@@ -45,7 +45,7 @@ def from_arrays(
     name: str = "arrays",
     weight: float = 1.0,
 ) -> list[TrainingSequence]:
-    """Make training sequences from own arrays.
+    """Create training sequences from arrays.
 
     Parameters
     ----------
@@ -56,14 +56,14 @@ def from_arrays(
     sampling_rate_hz : float
         Rate of both, Hz.
     name : str
-        For messages and the network's history.
+        Name for messages and the network's history.
     weight : float
-        Of the squared errors.
+        Weight of the squared errors.
 
     Returns
     -------
     list of TrainingSequence
-        One for each stretch of at least 2 s without a gap in the rates.
+        One for each part of at least 2 s without a gap in the rates.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def from_arrays(
     signals = SegmentSignals(name, float(sampling_rate_hz), rates, np.full_like(rates, np.nan))
     sequences = contiguous(name, signals, angles, np.ones(len(rates), dtype=bool), weight)
     if not sequences:
-        raise UserError(f"{name}: no stretch of 2 s without a gap in rates_rad_s")
+        raise UserError(f"{name}: no part of 2 s without a gap in rates_rad_s")
     return sequences
 
 
@@ -104,14 +104,14 @@ def contiguous(
     weight: float = 1.0,
     shortest_s: float = 2.0,
 ) -> list[TrainingSequence]:
-    """Cut a recording at its gaps, so that delays never cross one.
+    """Split a recording at its gaps, so that lags never cross one.
 
     Parameters
     ----------
     name : str
         Trial and segment.
     signals : SegmentSignals
-        Of the whole recording.
+        Signals of the whole recording.
     target_rad : ndarray, shape (N, 3)
         The teacher's angles.
     keep : ndarray of bool, shape (N,)
@@ -119,12 +119,12 @@ def contiguous(
     weight : float
         Of the squared errors.
     shortest_s : float
-        Stretches below this are left out, s.
+        Shorter parts are left out, s.
 
     Returns
     -------
     list of TrainingSequence
-        In time order.
+        Sequences in time order.
     """
     usable = keep & np.isfinite(signals.axis_rates_rad_s).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], usable.astype(np.int8), [0]])))
@@ -143,14 +143,14 @@ def hold_back(
     Parameters
     ----------
     sequences : sequence of TrainingSequence
-        All that may be trained on.
+        All sequences available for training.
     fraction : float
         Share of each sequence that is held out, in [0, 1).
 
     Returns
     -------
     training, validation : list of TrainingSequence
-        No sample is in both. With a fraction of zero the validation is the training itself.
+        No sample is in both. With a fraction of zero, the training data are used for both.
     """
     if fraction == 0:
         return list(sequences), list(sequences)

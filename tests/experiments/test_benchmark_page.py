@@ -48,5 +48,5 @@ def test_the_table_goes_between_the_marks(source):
     assert page.endswith(f"|\n{END}\nafter\n")
     assert "old" not in page
     assert with_table(page, table) == page
-    with pytest.raises(UserError, match="expected the marks"):
+    with pytest.raises(UserError, match="expected the markers"):
         with_table("no marks", table)

@@ -185,7 +185,7 @@ def test_an_experiment_brings_its_own_walks(overrides, subjects, rate_hz):
     assert cfg.data.simulated_gait.sampling_rate_hz == rate_hz
 
 
-def test_alpha_of_print_is_the_crossover_of_the_configuration():
+def test_published_alpha_gives_the_configured_crossover():
     from narx.baselines.complementary_filter import ComplementaryFilter
 
     with initialize_config_module(version_base="1.3", config_module="configs"):

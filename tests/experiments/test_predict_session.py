@@ -68,8 +68,8 @@ def test_storage_files_of_opensim(run_command, folder):
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
-        (["output=knee.doc"], "output: 'knee.doc', expected a name that ends in .csv"),
-        (["output=thigh.csv"], "output: 'thigh.csv' is the input"),
+        (["output=knee.doc"], "output: 'knee.doc', expected a name ending in .csv"),
+        (["output=thigh.csv"], "output: 'thigh.csv' is also the input"),
         (["output=k.csv", "walking_s=3"], "walking_s is 3, expected [begin, end] in s"),
         (["output=k.csv", "align=x"], "align is 'x'"),
         (["output=k.csv", "columns=x"], "columns is 'x', expected a section with time, gyroscope"),

@@ -23,4 +23,4 @@ def test_rates_are_the_sensors_own(segment):
     # it did something: an MPU is off by degrees per second
     removed = raw.signals.axis_rates_rad_s - segment_of.signals.axis_rates_rad_s
     assert np.rad2deg(np.linalg.norm(removed[0])) > 1.0
-    assert raw.notes[-1] == "static gyroscope bias put back"
+    assert raw.notes[-1] == "static gyroscope bias restored"

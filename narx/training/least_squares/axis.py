@@ -1,4 +1,4 @@
-"""Fit of a network to sequences: several steps, or the whole of them ahead."""
+"""Fit of a network to sequences, several steps ahead or in closed loop."""
 
 import numpy as np
 import torch
@@ -31,8 +31,8 @@ class NetworkFit:
     washout : int
         Initial samples of each sequence that are left out.
     horizon : int, optional
-        Start again every so many samples, 2 or more, where the measured outputs are there. The
-        whole sequence (closed loop) if not given.
+        Restart from measured outputs every `horizon` samples (2 or more) where these are available.
+        By default the whole sequence is run in closed loop.
     tanh : {"rational", "exact"}
         As in `narx.network.closed_loop.closed_loop`.
 
@@ -112,7 +112,7 @@ class NetworkFit:
         )
         n_out, n_samples = self.structure.output_lags, targets.shape[1]
         past = state[:, self.structure.n_input_state :].flip(-1)
-        measured = torch.cat([past, targets], dim=1)  # the last n_out before sample k from k on
+        measured = torch.cat([past, targets], dim=1)  # from k: the n_out before k
         horizon = self.horizon or max(n_samples, 1)
         outputs = []
         for start in range(0, n_samples, horizon):

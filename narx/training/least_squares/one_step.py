@@ -13,7 +13,7 @@ from narx.training.least_squares.by_torch import products_by_torch
 from narx.types import FloatArray
 from narx.windows.lagged import LaggedWindows
 
-# windows that one thread sums; fixed, so that results do not depend on the number of threads
+# windows summed by one thread; fixed, so that results do not depend on the number of threads
 _PART = 16384
 
 
@@ -23,7 +23,7 @@ class OneStepFit:
     Parameters
     ----------
     windows : LaggedWindows
-        In normalised units, of the structure's lags.
+        Windows in normalised units, with the structure's lags.
     structure : NarxStructure
         Sizes of the network.
     tanh : {"rational", "exact"}
@@ -32,7 +32,7 @@ class OneStepFit:
     Raises
     ------
     ValueError
-        If the windows are not of the structure's lags.
+        If the windows do not have the structure's lags.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class OneStepFit:
         self.n_weights = structure.n_weights
         self.n_residuals = int(np.count_nonzero(windows.weights.numpy()))
         self.total_weight = float(windows.weights.sum())
-        # filled up to whole vectors with windows that do not count
+        # padded to whole vectors with windows of zero weight
         padded = np.zeros((n_features + 2, -(-n // 8) * 8))
         padded[:-2, :n] = windows.features.numpy().T
         padded[-2, :n] = windows.targets.numpy()
@@ -99,7 +99,7 @@ class OneStepFit:
         Returns
         -------
         Tensor, shape (M,)
-            In normalised units.
+            Residuals in normalised units.
         """
         structure, windows = self.structure, self.windows
         features, targets, squares = (

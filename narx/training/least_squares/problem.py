@@ -22,7 +22,7 @@ class LeastSquaresProblem(Protocol):
 
     @property
     def total_weight(self) -> float:
-        """Sum of the weights of the squared residuals that count."""
+        """Sum of the weights of the squared residuals that are used."""
 
     def residuals(self, weights: Tensor) -> Tensor:
         """Compute weighted residuals by torch operations, differentiable.
@@ -35,7 +35,7 @@ class LeastSquaresProblem(Protocol):
         Returns
         -------
         Tensor
-            Of any shape; zero where they do not count.
+            Residuals of any shape; zero where they are not used.
         """
 
     def products(self, weights: FloatArray) -> FloatArray:
@@ -56,7 +56,7 @@ class LeastSquaresProblem(Protocol):
 
 
 class TowardsPrior:
-    """Keep weights near those of a known network: a ridge about them instead of about zero.
+    """Keep weights near those of a known network: a ridge penalty about them instead of zero.
 
     A least-squares problem with ``sum(strength (weights - centre)^2)`` added to its squares.
 

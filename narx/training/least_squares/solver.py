@@ -1,7 +1,7 @@
 """Levenberg-Marquardt, for one start or many in parallel.
 
-The solver is composed of parts: a problem (`narx.training.least_squares`: open loop, several
-steps, closed loop, coupled axes), damping, stopping rules and regularisation.
+The solver combines a problem (`narx.training.least_squares`: open loop, several steps, closed loop,
+coupled axes), damping, stopping rules and regularisation.
 Each evaluation gives cost, gradient and Gauss-Newton matrix together, so an accepted step needs no
 second pass; a step that does not lower the cost is never accepted.
 """
@@ -43,7 +43,7 @@ class Options:
         ratio of the actual to the predicted decrease of the cost (Nielsen 1999).
     bayesian : bool
         Choose the weight decay by the evidence after every accepted step (MacKay 1992; Foresee and
-        Hagan 1997, as MATLAB's trainbr), from zero on.
+        Hagan 1997, as MATLAB's trainbr), starting from zero.
     """
 
     stopping: Stopping = field(default_factory=Stopping)
@@ -97,11 +97,11 @@ def levenberg_marquardt(
     problem : LeastSquaresProblem
         Residuals and their derivatives.
     weights : array_like, shape (P,) or (R, P)
-        One start, or several that are trained in parallel and independently.
+        One start, or several that are trained independently in parallel.
     options : Options, optional
         Parts of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
-        Weights that may move; all if not given (odd networks hold their biases at zero).
+        Weights that may change; by default all (odd networks keep their biases at zero).
     log : callable, optional
         Called after each iteration with the starts' costs, NaN where one has stopped.
     state : mapping of str to object, optional
@@ -209,7 +209,7 @@ class _Run:
         return cost
 
     def _choose_decay(self, chosen: NDArray[np.int64]) -> None:
-        """Set the weight decay where the evidence is largest (Foresee and Hagan 1997)."""
+        """Set the weight decay to maximise the evidence (Foresee and Hagan 1997)."""
         pick = np.ix_(chosen, self.free, self.free)
         matrix = self.products[pick]
         matrix = np.tril(matrix) + np.tril(matrix, -1).transpose(0, 2, 1)

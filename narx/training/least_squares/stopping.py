@@ -19,7 +19,7 @@ class ResultCode(StrEnum):
     NOT_FINITE = "cost is not finite"
 
 
-# the compiled solver refers to them by number
+# the compiled solver refers to these by number
 CODES = {
     lm_step.RUNNING: ResultCode.RUNNING,
     lm_step.GRADIENT: ResultCode.GRADIENT,

@@ -68,7 +68,7 @@ def test_configurations_are_ranked_by_their_mean_over_seeds(sweep):
     assert "data_root" not in table
     pd.testing.assert_frame_equal(pd.read_parquet(sweep / "runs.parquet"), table, check_dtype=False)
     assert "best: narx-train model.hidden=3 '+note='\"'\"'two words'\"'\"''" in said
-    assert "left out, not finished: 1" in said
+    assert "unfinished runs left out: 1" in said
 
 
 def test_two_configurations_are_compared_on_the_same_seeds_and_folds(sweep):

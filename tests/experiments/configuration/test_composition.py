@@ -10,9 +10,9 @@ from narx.experiments.configuration import composition_mistake
     ("override", "line"),
     [
         ("optimizer=nonsense", "optimizer is 'nonsense', expected one of adam, lbfgs, levenberg_m"),
-        ("optimzer=adam", "optimzer: there is no such key, the nearest is optimizer"),
-        ("modle.hidden=3", "modle.hidden: there is no such key, the nearest is model.hidden"),
-        ("~training.skip", "training.skip: there is no such key, the nearest is training.skip_s"),
+        ("optimzer=adam", "optimzer: unknown key, the closest is optimizer"),
+        ("modle.hidden=3", "modle.hidden: unknown key, the closest is model.hidden"),
+        ("~training.skip", "training.skip: unknown key, the closest is training.skip_s"),
         ("model=3", "model is 3, expected the name of a file of configs"),
         ("data=null", "data is null, expected the name of a file of configs"),
         ("data=[a]", "data is 'a', expected one of"),

@@ -51,7 +51,7 @@ def test_where_the_data_lie_does_not_matter_but_what_they_are(tmp_path):
 def test_another_configuration_is_refused_with_what_differs(tmp_path):
     finish(tmp_path / "run")
     other = OmegaConf.merge(CFG, {"model": {"hidden": 4}})
-    with pytest.raises(UserError, match=r"model\.hidden is 3 there, 4 here"):
+    with pytest.raises(UserError, match=r"model\.hidden was 3, now 4"):
         finish(tmp_path / "run", other)
 
 
@@ -90,7 +90,7 @@ def test_two_processes_do_not_work_in_one_folder(tmp_path, monkeypatch):
             [sys.executable, "-c", script, str(tmp_path / ".lock")], capture_output=True, text=True
         )
         assert answer.stdout.strip() == "taken"
-        with pytest.raises(UserError, match="another process is at work"):
+        with pytest.raises(UserError, match="another process is using this folder"):
             finish(tmp_path)
 
 

@@ -125,7 +125,7 @@ def test_the_same_sweep_again_does_what_is_missing_and_touches_nothing_finished(
               if p.is_file()}  # fmt: skip
     status, out, _ = launch("seed=0,1,2", "hydra.sweep.dir=SW")
     assert status == 0
-    assert out.count("finished before") == 2
+    assert out.count("already finished") == 2
     assert checkpoints("SW") == ["3 0", "3 1", "3 2"]
     assert before
     for path, (content, changed_ns) in before.items():
@@ -138,7 +138,7 @@ def test_a_sweep_finds_its_folder_by_its_command(launch):
     assert launch("seed=0,2")[0] == 0
     status, out, _ = launch("seed=0,1", "hydra.job.chdir=false")
     assert status == 0
-    assert out.count("finished before") == 2
+    assert out.count("already finished") == 2
     assert len(list(Path("multirun").glob("*/*"))) == 2
 
 
@@ -151,8 +151,7 @@ def test_ctrl_c_keeps_what_is_finished(launch):
     status, _, err = launch("seed=0,1,2", "hydra.sweep.dir=SW", function=train_until_stopped)
     assert status == 130
     assert err.strip().splitlines() == [
-        "interrupted: what is finished is kept; the same command goes on with the jobs that are "
-        "not finished"
+        "interrupted: finished work is kept; repeat the command to run the unfinished jobs"
     ]
     assert checkpoints("SW") == ["3 0"]
     assert launch("seed=0,1,2", "hydra.sweep.dir=SW")[0] == 0

@@ -18,7 +18,7 @@ def compared(make_study):
     return swing_results(thighs, {"S1": "Males", "S2": "Females", "S3": "Females"})
 
 
-def test_table_1_has_the_groups_and_columns_of_print(compared):
+def test_table_1_has_the_groups_and_columns_thighs_and_shanks(compared):
     trials, _, refused = compared
     assert not refused
     frame = correlation_table(trials).frame

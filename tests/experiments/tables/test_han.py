@@ -4,7 +4,7 @@ import pytest
 from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table
-from narx.experiments.tables.han import comparison_with_print, han_tables
+from narx.experiments.tables.han import comparison_with_published, han_tables
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def results(make_study):
     return results_table(row for e in study for row in rows(e))
 
 
-def test_rows_and_columns_of_print(results):
+def test_rows_and_columns_thighs_and_shanks(results):
     tables = han_tables(results)
     assert [table.title.split(".")[0] for table in tables[:2]] == ["Table I", "Table II"]
     assert len(tables) == 3
@@ -49,8 +49,8 @@ def test_without_thigh_and_shank_it_says_so(results):
         han_tables(results[results["segment"] == "knee_left"])
 
 
-def test_columns_beside_print(results):
-    frame = comparison_with_print(results)
+def test_columns_next_to_the_published_values(results):
+    frame = comparison_with_published(results)
     assert len(frame) == 6
     chosen = results[
         (results["method"] == "two_point")
@@ -62,5 +62,5 @@ def test_columns_beside_print(results):
     )
     assert frame.loc[("transverse", "thigh"), "paper two_point"] == 3.894
     assert frame.loc[("frontal", "shank"), "paper gyro_integration"] == 29.76
-    without = comparison_with_print(results[results["method"] == "narx"])
+    without = comparison_with_published(results[results["method"] == "narx"])
     assert without[["two_point", "gyro_integration"]].isna().all(axis=None)

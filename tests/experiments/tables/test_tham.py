@@ -6,7 +6,7 @@ from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table
 from narx.experiments.published import published
 from narx.experiments.tables.tham import (
-    comparison_with_print,
+    comparison_with_published,
     demographics_table,
     interval_table,
     tham_tables,
@@ -18,7 +18,7 @@ def results(make_study):
     return results_table(row for e in make_study() for row in rows(e))
 
 
-def test_rows_and_columns_of_print(results):
+def test_rows_and_columns_thighs_and_shanks(results):
     tables = tham_tables(results, 5.0, published("tham_table_1").to_dict("records"))
     assert [table.title[:7] for table in tables] == ["Table 1", "Table 2", "Table 3", "Table 4"]
     assert tables[0].frame["Subject"].tolist() == ["S1", "S2", "S3", "S4", "S5", "mean", "SD"]
@@ -95,8 +95,8 @@ def test_interval_table(results):
     assert row["interval below"]
 
 
-def test_cells_beside_print(results):
-    cells = comparison_with_print(results)
+def test_cells_next_to_the_published_values(results):
+    cells = comparison_with_published(results)
     keys = list(zip(cells["axis"], cells["condition"], cells["method"], strict=True))
     # three planes and speeds of two methods, and two planes of one that does not see the third
     assert len(keys) == len(set(keys)) == 3 * 3 * 2 + 2 * 3

@@ -29,7 +29,7 @@ def test_quietest_window_agrees_with_a_plain_search():
     windows = [clean[k : k + 500] for k in range(len(clean) - 499)]
     best = min(windows, key=lambda w: w.var(axis=0).sum())
     assert found.bias_rad_s == pytest.approx(best.mean(axis=0), abs=1e-12)
-    assert found.unrest_rad_s == pytest.approx(np.sqrt(best.var(axis=0).sum()), rel=1e-9)
+    assert found.gyroscope_scatter_rad_s == pytest.approx(np.sqrt(best.var(axis=0).sum()), rel=1e-9)
 
 
 def test_a_short_part_is_used_whole_and_an_empty_one_not_at_all():
@@ -50,7 +50,7 @@ def test_a_sensor_on_a_table_is_preferred_and_used_whole():
     part = static_bias(_trial(walk, [(0.0, 9.9)], still=still, standing=stand), "thigh")
     assert part.where == "recording 'still'"
     assert part.bias_rad_s == pytest.approx(still.mean(axis=0), abs=1e-12)
-    assert part.unrest_rad_s == pytest.approx(np.sqrt(still.var(axis=0).sum()), rel=1e-9)
+    assert part.gyroscope_scatter_rad_s == pytest.approx(np.sqrt(still.var(axis=0).sum()), rel=1e-9)
 
 
 def test_the_hand_that_takes_the_sensor_up_is_left_out():
@@ -105,7 +105,7 @@ def test_a_restless_stand_counts_less_and_none_is_none():
 
 
 def test_weights_of_standing_parts_by_hand():
-    """The inverse variance of the angle between the ends over the time: (T / unrest)^2."""
+    """The inverse variance of the angle between the ends over the time: (T / scatter)^2."""
     alternating = np.where(np.arange(2000) % 2, 1.0, -1.0)[:, None] * [1.0, 0.0, 0.0]
     standing = [0.02, 0.0, 0.0] + 0.01 * alternating[:800]
     walk = np.vstack([[0.05, 0.0, 0.0] + 0.03 * alternating[:400], _noise(600, 1.0)])
@@ -113,7 +113,7 @@ def test_weights_of_standing_parts_by_hand():
     weights = np.array([(8.0 / 0.01) ** 2, (4.0 / 0.03) ** 2])
     weights /= weights.sum()
     assert part.bias_rad_s == pytest.approx([weights @ [0.02, 0.05], 0.0, 0.0])
-    assert part.unrest_rad_s == pytest.approx(np.sqrt(weights @ np.square([0.01, 0.03])))
+    assert part.gyroscope_scatter_rad_s == pytest.approx(np.sqrt(weights @ np.square([0.01, 0.03])))
 
 
 @pytest.mark.parametrize(("rate_deg_s", "left_out"), [(1.8, False), (2.3, True)])

@@ -174,7 +174,7 @@ def test_files_named_one_by_one(folder):
         ("files: [", "not YAML"),
         ("- a", "holds no mapping"),
         ("segments: {}", "no files, expected a pattern"),
-        ("file: a.csv", "file: there is no such key, the nearest is files"),
+        ("file: a.csv", "file: unknown key, the closest is files"),
         ('files: "{who}.csv"', "no field {who}, expected {subject}"),
         ('files: "{subject}/x_{segment}.csv"', "which no file matches; there are anna/"),
         ('files: "**/*_{segment}.csv"', "are both 'shank_right' of one trial"),

@@ -165,7 +165,7 @@ def test_a_walk_without_rest_keeps_its_bias_and_says_so(motion, tmp_path):
     walking = sensor_on(motion("walking"))
     cut = walking.gyroscope_rad_s[300:]
     save(checkpoint(5.0), tmp_path / "net.pt")
-    with pytest.warns(UserWarning, match="static bias left in, no 1 s without movement"):
+    with pytest.warns(UserWarning, match="static bias not removed, no 1 s at rest"):
         angles_from_gyroscope(cut, 100.0, checkpoint=tmp_path / "net.pt")
 
 

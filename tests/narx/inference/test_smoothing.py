@@ -8,7 +8,7 @@ import torch
 
 from narx.errors import MethodNotApplicableError
 from narx.inference.narx_method import NarxMethod
-from narx.inference.smoothing import forward_share, turned_round
+from narx.inference.smoothing import forward_share, time_reversed
 from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
 from narx.network.model import Narx
@@ -133,12 +133,12 @@ def test_shares():
     np.testing.assert_array_equal(forward_share(3, 0, 0, known=False)[1:], 0.5)
 
 
-def test_turned_round_goes_on_as_the_movement_did(motion):
+def test_time_reversed_state_continues_the_movement(motion):
     """The deviation it says was there a sample later is where the leg really went."""
     walk = motion("half_turn", duration_s=20.0)
     posture = np.array([0.2, -0.1, 0.3])
     for k in (300, 900, 1500):
-        here, later, rates = turned_round(
+        here, later, rates = time_reversed(
             True, walk.signals.axis_rates_rad_s[k], walk.angles_rad[k], posture, 0.01
         )
         np.testing.assert_allclose(here + posture, walk.angles_rad[k], atol=1e-12)

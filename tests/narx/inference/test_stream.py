@@ -102,7 +102,7 @@ def test_a_state_comes_back(method, rates):
         stream.load_state_dict(state)
         np.testing.assert_array_equal(stream.update_block(rates[700:]).angles_rad, angles[700:])
     for other in ({}, OrientationStream(method, RATE_HZ, n_sensors=2).state_dict()):
-        with pytest.raises(UserError, match="state is that of another kind of stream"):
+        with pytest.raises(UserError, match="state belongs to a stream with different arguments"):
             stream.load_state_dict(other)
 
 

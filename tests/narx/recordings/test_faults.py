@@ -19,12 +19,12 @@ def _held(rate):
 def _zeros(rate):
     rate[850:870] = 0.0
     rate[1000] = 0.0
-    return np.r_[850:870, 1000], "of exactly zero amid movement"
+    return np.r_[850:870, 1000], "of exactly zero within movement"
 
 
 def _spikes(rate):
     rate[[700, 900, 1100], 1] = [30.0, -20.0, 8.0]
-    return np.array([700, 900, 1100]), "spikes"
+    return np.array([700, 900, 1100]), "with a spike"
 
 
 def _impossible(rate):
@@ -34,7 +34,7 @@ def _impossible(rate):
 
 def _stuck(rate):
     rate[850:900, 1] = rate[850, 1]
-    return np.arange(851, 900), "an axis that stands still while the others move"
+    return np.arange(851, 900), "with a constant axis while the others move"
 
 
 @pytest.mark.parametrize("damage", [_held, _zeros, _spikes, _impossible, _stuck])

@@ -67,7 +67,7 @@ def test_impossible_accelerations_are_missing(walk):
 @pytest.mark.parametrize(
     ("factor", "guess"),
     [(1 / GRAVITY_M_S2, "g"), (1e3 / GRAVITY_M_S2, r"mg or cm/s\^2"), (100.0, r"mg or cm/s\^2"),
-     (GRAVITY_M_S2, r"m/s\^2, not g"), (0.3, "gravity taken off"), (1671.0, "raw counts")],
+     (GRAVITY_M_S2, r"m/s\^2, not g"), (0.3, "gravity subtracted"), (1671.0, "raw counts")],
 )  # fmt: skip
 def test_an_accelerometer_in_another_unit_is_named(walk, factor, guess):
     check_gravity(walk.accelerometer_m_s2, "w")

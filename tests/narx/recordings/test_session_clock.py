@@ -31,16 +31,16 @@ def test_the_shift_is_found_in_the_movement(leg, shift_s):
     assert "the shocks of foot contacts" in notes[0]
 
 
-def test_overlapping_stamps_are_believed_and_doubted_aloud(leg):
+def test_overlapping_stamps_are_used_and_disagreement_is_reported(leg):
     offsets, notes = clock_offsets_s(leg, "auto", "s")
     assert set(offsets.values()) == {0.0}
     assert notes == ["sensors aligned by their time stamps"]
     offsets, notes = clock_offsets_s(_shifted(leg, 3.37), "auto", "s")
     assert set(offsets.values()) == {0.0}
-    assert "3.37 s apart (align=correlation to believe it)" in notes[1]
+    assert "3.37 s apart (align=correlation to use this)" in notes[1]
 
 
-def test_stamps_without_overlap_are_not_believed(leg):
+def test_stamps_without_overlap_are_not_used(leg):
     offsets, _ = clock_offsets_s(_shifted(leg, 1e5), "auto", "s")
     assert offsets["shank_right"] == pytest.approx(-1e5, abs=0.005)
 
