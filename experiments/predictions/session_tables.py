@@ -24,14 +24,15 @@ def angle_table(session: SessionPrediction) -> pd.DataFrame:
     -------
     pandas.DataFrame
         ``time_s``, then ``<segment or joint>_<axis>_deg``, then the standard deviations
-        ``<...>_<axis>_std_deg`` where available.
+        ``<...>_<axis>_std_deg`` where available, and ``<segment>_quality``.
     """
     columns: dict[str, FloatArray] = {"time_s": session.time_s}
     for suffix, values in (("deg", session.angles_rad), ("std_deg", session.std_rad)):
         for name, angles in values.items():
             for k, axis in enumerate(AXES):
                 columns[f"{name}_{axis}_{suffix}"] = np.degrees(angles[:, k]).round(6)
-    return pd.DataFrame(columns)
+    quality = {f"{name}_quality": values for name, values in session.quality.items()}
+    return pd.DataFrame(columns).assign(**quality)
 
 
 def strides_of(session: SessionPrediction) -> Iterator[tuple[str, FloatArray, FloatArray]]:

@@ -31,7 +31,8 @@ def table_of(prediction: Prediction) -> pd.DataFrame:
     -------
     pandas.DataFrame
         ``time_s``, ``sagittal_deg``, ``frontal_deg``, ``transverse_deg``, and
-        ``sagittal_std_deg`` etc. if the network predicts its standard deviation.
+        ``sagittal_std_deg`` etc. if the network predicts its standard deviation, and ``quality``
+        (`narx.inference.stream.Quality`).
     """
     columns = {"time_s": prediction.time_s}
     for k, axis in enumerate(AXES):
@@ -39,7 +40,7 @@ def table_of(prediction: Prediction) -> pd.DataFrame:
     if prediction.std_rad is not None:
         for k, axis in enumerate(AXES):
             columns[f"{axis}_std_deg"] = np.degrees(prediction.std_rad[:, k]).round(6)
-    return pd.DataFrame(columns)
+    return pd.DataFrame(columns).assign(quality=prediction.quality)
 
 
 @lru_cache(maxsize=1)

@@ -59,11 +59,13 @@ class ArrayTable:
             If it is not numeric.
         """
         try:
-            return np.asarray(self._read(column), dtype=np.float64)
+            values = np.asarray(self._read(column), dtype=np.float64)
         except (TypeError, ValueError):
             raise RecordingError(
                 f"{self.path}: column {self.names[column]} does not hold numbers"
             ) from None
+        # a damaged file may hold NaN that signal, of which arithmetic would warn
+        return np.where(np.isnan(values), np.nan, values)
 
     def seconds(self, column: int) -> tuple[FloatArray, tuple[str, ...]] | None:
         """Return a column of dates and times as seconds from the first.

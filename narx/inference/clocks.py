@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 from narx.errors import RecordingError
 from narx.recordings.resampling import contiguous_pieces, resample_vectors
-from narx.types import BoolArray, FloatArray
+from narx.types import BoolArray, FloatArray, IntArray
 
 
 class ClockConversion:
@@ -65,6 +65,17 @@ class ClockConversion:
             Values at the clock's ticks, by cubic splines; NaN in gaps.
         """
         return resample_vectors(self._time_s, values, self.clock_s, max_gap_s=self._max_gap_s)
+
+    def nearest_ticks(self) -> IntArray:
+        """Find the tick of the uniform clock that is nearest to each sampling time.
+
+        Returns
+        -------
+        ndarray of int, shape (N,)
+            Indices of `clock_s`.
+        """
+        ticks = np.round((self._time_s - self.clock_s[0]) * self.sampling_rate_hz).astype(int)
+        return np.clip(ticks, 0, len(self.clock_s) - 1)
 
     def to_samples(self, values: FloatArray, there: BoolArray) -> FloatArray:
         """Resample values on the uniform clock at the sampling times.

@@ -1,10 +1,11 @@
 """Problems of a recording: an error if it is certainly wrong, otherwise a note."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from narx.errors import RecordingError
 from narx.inference.narx_method import NarxMethod
-from narx.method import SegmentSignals
+from narx.kernels.clock import ARRIVED, MISSING, STARTING
 from narx.recordings.consistency import contradiction, fit_rotation
 from narx.recordings.trial import ImuRecording
 from narx.types import BoolArray, FloatArray
@@ -85,23 +86,23 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     return notes
 
 
-def start_up_note(method: NarxMethod, signals: SegmentSignals) -> list[str]:
+def start_up_note(method: NarxMethod, quality: NDArray[np.int8]) -> list[str]:
     """Report if the network never took over from the start-up.
 
     Parameters
     ----------
     method : NarxMethod
         Trained network.
-    signals : SegmentSignals
-        As for its `estimate`.
+    quality : ndarray of int8, shape (N,)
+        From its `quality`.
 
     Returns
     -------
     list of str
         A note if all samples belong to the start-up, otherwise empty.
     """
-    there = np.isfinite(signals.axis_rates_rad_s).all(axis=1)
-    if not there.any() or not method.starting(signals)[there].all():
+    there = quality[quality != MISSING]
+    if not (there == STARTING).any() or (there == ARRIVED).any():
         return []
     return [
         f"the network takes over {method.takes_over}, which this recording does not have: all "

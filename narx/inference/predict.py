@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import calibrate
@@ -16,6 +16,7 @@ from narx.inference.clocks import ClockConversion
 from narx.inference.findings import check_consistency, gap_notes, start_up_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.pretrained import load_or_pretrained
+from narx.kernels.clock import MISSING
 from narx.kinematics.segment_angles import clinical_rates, mirror_vector
 from narx.method import SegmentSignals
 from narx.recordings.plausibility import admit, check_gravity
@@ -49,6 +50,8 @@ class Prediction:
         rad; NaN where the recording is missing.
     std_rad : ndarray, shape (N, 3), or None
         Standard deviation of the error expected from training, rad; None if unknown.
+    quality : ndarray of int8, shape (N,)
+        A `narx.inference.stream.Quality` each: what stands behind the angles.
     bias_rad_s : ndarray, shape (3,), or None
         Static bias that was removed, in the sensor frame, rad/s; None if no bias was removed.
     notes : tuple of str
@@ -58,6 +61,7 @@ class Prediction:
     time_s: FloatArray
     angles_rad: FloatArray
     std_rad: FloatArray | None
+    quality: NDArray[np.int8]
     bias_rad_s: FloatArray | None
     notes: tuple[str, ...]
 
@@ -180,11 +184,13 @@ def predict(
         # a spline overshoots at a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)
-    more += start_up_note(method, signals)
+    quality = method.quality(signals)
+    more += start_up_note(method, quality)
     return Prediction(
         recording.time_s,
         conversion.to_samples(method.estimate(signals), there),
         std,
+        np.where(there, quality[conversion.nearest_ticks()], MISSING).astype(np.int8),
         bias,
         (f"{rate_hz:g} Hz", bias_note, frame_note, *more),
     )

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
 from narx.errors import RecordingError, UserError
@@ -47,6 +48,8 @@ class SessionPrediction:
     std_rad : mapping of str to ndarray, shape (N, 3)
         Predicted standard deviation of the error, rad, if the network provides it. In a joint, the
         variances of its two segments add up, which assumes that their errors are independent.
+    quality : mapping of str to ndarray of int8, shape (N,)
+        By segment, a `narx.inference.stream.Quality` for each sample.
     contacts_s : mapping of str to ndarray, shape (C,)
         Times of the foot contacts of each side on the same clock, detected on the thigh; empty
         without walking.
@@ -58,6 +61,7 @@ class SessionPrediction:
     sampling_rate_hz: float
     angles_rad: Mapping[str, FloatArray]
     std_rad: Mapping[str, FloatArray]
+    quality: Mapping[str, NDArray[np.int8]]
     contacts_s: Mapping[str, FloatArray]
     notes: tuple[str, ...]
 
@@ -152,7 +156,7 @@ def predict_session(
         calibration=parts or {},
     )
     segments = _calibrated(trial, calibration, where)
-    angles, std = {}, {}
+    angles, std, quality = {}, {}, {}
     for segment, calibrated in segments.items():
         imu = trial.imus[segment]
         notes += [f"{segment}: {note}" for note in calibrated.notes]
@@ -163,7 +167,8 @@ def predict_session(
             is_leg=kind_of(segment) in _SWINGING,
             where=f"{where}: {segment}",
         )
-        notes += [f"{segment}: {note}" for note in start_up_note(method, calibrated.signals)]
+        quality[segment] = method.quality(calibrated.signals)
+        notes += [f"{segment}: {note}" for note in start_up_note(method, quality[segment])]
         angles[segment] = method.estimate(calibrated.signals)
         predicted = method.standard_deviation(calibrated.signals)
         if predicted is not None:
@@ -178,6 +183,7 @@ def predict_session(
         trial.sampling_rate_hz,
         angles,
         std,
+        quality,
         _contacts_s(segments, float(trial.time_s[0])),
         tuple(notes),
     )

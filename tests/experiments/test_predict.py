@@ -8,6 +8,7 @@ from narx.inference import checkpoint as checkpoints
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.predict import predict
 from narx.inference.start_up import StartUp
+from narx.inference.stream import Quality
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.recordings.trial import ImuRecording
@@ -54,13 +55,17 @@ def test_the_file_holds_what_python_gives(run_command, folder, network, frame):
     expected = predict(recording, network.method(), frame=frame)
     assert list(table) == [
         "time_s", "sagittal_deg", "frontal_deg", "transverse_deg",
-        "sagittal_std_deg", "frontal_std_deg", "transverse_std_deg",
+        "sagittal_std_deg", "frontal_std_deg", "transverse_std_deg", "quality",
     ]  # fmt: skip
     np.testing.assert_array_equal(table["time_s"], recording.time_s)
     np.testing.assert_allclose(
         table.iloc[:, 1:4], np.degrees(expected.angles_rad), atol=1e-6, rtol=0
     )
-    assert table.iloc[700:720, 1:].isna().all(axis=None)
+    assert table.iloc[700:720, 1:7].isna().all(axis=None)
+    assert (table.quality[700:720] == Quality.MISSING).all()
+    assert table.quality[[0, 720, 721, 2000]].tolist() == [
+        Quality.STARTING, Quality.AFTER_PAUSE, Quality.GOOD, Quality.GOOD,
+    ]  # fmt: skip
     assert table.drop(index=range(700, 720)).notna().all(axis=None)
 
 
@@ -68,7 +73,7 @@ def test_smoothing_leaves_the_standard_deviation_out(run_command, folder, networ
     status, _, err, _ = run(run_command, "output=angles.csv", "smoothing=true")
     assert (status, err) == (0, "")
     table = pd.read_csv("angles.csv")
-    assert list(table) == ["time_s", "sagittal_deg", "frontal_deg", "transverse_deg"]
+    assert list(table) == ["time_s", "sagittal_deg", "frontal_deg", "transverse_deg", "quality"]
     expected = predict(read_recording("walk.csv"), network.method(smoothing=True))
     np.testing.assert_allclose(
         table.iloc[:, 1:4], np.degrees(expected.angles_rad), atol=1e-6, rtol=0
