@@ -1,13 +1,13 @@
-"""Train the network as Tham et al. (2020) print it, over many draws, beside variants.
+"""Train the network as printed by Tham et al. (2020) over many draws, and variants of it.
 
 python -m experiments.as_printed
 
 As printed (section II-B2): 10 s of one segment of one subject at normal speed, both drawn at
 random; sagittal gyroscope and sagittal angle of the complementary filter; as many neurons as the
-gyroscope has components with 98 % of its power; inputs and angles mapped onto -1..1, biases, axes
-independent; random starts, zero initial states; Levenberg-Marquardt one step ahead
-(series-parallel), then the loop is closed. Not printed, and chosen here: normally distributed
-starts of standard deviation 0.5, and the scale of the axes that were not trained on.
+gyroscope has components with 98 % of its power; inputs and angles mapped onto -1..1, biases,
+independent axes; random starts, zero initial states; Levenberg-Marquardt one step ahead
+(series-parallel), then the loop is closed. Not specified in the paper, and chosen here: normally
+distributed starts with a standard deviation of 0.5, and the scale of the untrained axes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,7 +48,7 @@ from narx.training.stages import closed_loop_fit, stages_of
 from narx.types import FloatArray
 from narx.windows.sequences import TrainingSequence
 
-# the sagittal axis alone, mean errors included, no return to rest
+# sagittal axis only, mean errors included, no return to rest
 _OBJECTIVE = Objective((1.0, 0.0, 0.0), offset_free=False, rest_weight=0.0)
 _SCORED_RATE_HZ = 100.0
 
@@ -62,9 +62,9 @@ class Trained:
     method : NarxMethod
         The network, started from zero.
     one_step_deg : float
-        RMSE of its window one step ahead, deg.
+        RMSE on its window one step ahead, deg.
     closed_loop_deg : float
-        RMSE of its window in closed loop from a state of zero, deg.
+        RMSE on its window in closed loop from a state of zero, deg.
     """
 
     method: NarxMethod
@@ -83,11 +83,11 @@ def draw_window(
     Parameters
     ----------
     walks : sequence of tuple of Trial and mapping of str to CalibratedSegment
-        To draw from, each with its segments.
+        Walks to draw from, each with its segments.
     window_s : float
         Length of the window, s.
     skip_s : float
-        Start of a walk from which no window is drawn, s.
+        Length of the start of a walk that is excluded from the draw, s.
     rng : numpy.random.Generator
         Random number generator.
 
@@ -131,12 +131,12 @@ def sequence_of(
     window : slice
         Samples.
     target_rad : ndarray, shape (N, 3)
-        Angles to learn, of the whole recording.
+        Target angles of the whole recording.
 
     Returns
     -------
     TrainingSequence
-        Of the window.
+        Sequence of the window.
     """
     signals = segment.signals.select(window)
     return TrainingSequence(segment.signals.segment, signals, target_rad[window])
@@ -156,11 +156,11 @@ def train_as_printed(
     sequence : TrainingSequence
         Window with its target.
     variant : omegaconf.DictConfig
-        What differs from print, as in ``configs/as_printed.yaml``.
+        Differences from the paper, as in ``configs/as_printed.yaml``.
     neurons : int
         Hidden neurons.
     iterations : int
-        Evaluations per stage at most.
+        Maximum number of evaluations per stage.
     rng : numpy.random.Generator
         Draws the starts.
 
@@ -209,7 +209,7 @@ def scores(
     Parameters
     ----------
     walks : sequence of tuple of Trial and mapping of str to CalibratedSegment
-        To test on, each with its segments.
+        Test walks, each with its segments.
     methods : mapping of str to NarxMethod
         By name.
     skip_s : float
@@ -218,7 +218,7 @@ def scores(
     Returns
     -------
     pandas.DataFrame
-        RMSE in degrees, mean over walks and sides: a row a method, columns such as
+        RMSE in degrees, mean over walks and sides: one row per method, columns such as
         ``knee_sagittal_deg`` for knee, thigh and shank and each of
         `narx.kinematics.segment_angles.AXES`.
     """

@@ -31,16 +31,16 @@ _KEPT = ("git_commit", "seed", "python", "versions", "not_causal")
 
 
 def measure(cfg: DictConfig, name: str, docs: Path) -> None:
-    """Run one source's benchmark and keep its means and figures.
+    """Run the benchmark of one source and store its means and figures.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `sources`: overrides by name.
+        With `sources`: overrides by name.
     name : str
-        Which.
+        Source to run.
     docs : pathlib.Path
-        Gets ``results/<name>.csv``, ``results/<name>.json`` and the figures.
+        Folder for ``results/<name>.csv``, ``results/<name>.json`` and the figures.
 
     Raises
     ------
@@ -73,14 +73,14 @@ def measure(cfg: DictConfig, name: str, docs: Path) -> None:
 
 
 def measure_as_printed(cfg: DictConfig, docs: Path) -> None:
-    """Run the training as printed and keep its draws.
+    """Run the training as printed and store its draws.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `as_printed`: overrides.
+        With `as_printed`: overrides.
     docs : pathlib.Path
-        Gets ``results/as_printed.csv``.
+        Folder for ``results/as_printed.csv``.
 
     Raises
     ------
@@ -114,9 +114,9 @@ def kept_sources(cfg: DictConfig, docs: Path) -> dict[str, Source]:
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        Holds `sources`.
+        With `sources`.
     docs : pathlib.Path
-        Where ``results/<name>.csv`` and ``results/<name>.json`` lie.
+        Folder with ``results/<name>.csv`` and ``results/<name>.json``.
 
     Returns
     -------
@@ -155,7 +155,7 @@ def _quoted(override: str) -> str:
 
 
 def pages(cfg: DictConfig, root: Path) -> dict[Path, str]:
-    """Write the pages from the kept results.
+    """Write the pages from the stored results.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def pages(cfg: DictConfig, root: Path) -> dict[Path, str]:
     Raises
     ------
     UserError
-        If there are no results, or README has no marks.
+        If there are no results, or the README has no markers.
     """
     docs = root / "docs"
     sources = kept_sources(cfg, docs)
@@ -223,7 +223,7 @@ def _benchmark_page(cfg: DictConfig) -> None:
     names = known if cfg.only is None else list(cfg.only)
     for name in names:
         if name not in known:
-            raise UserError(f"only: no source '{name}', expected of {', '.join(known)}")
+            raise UserError(f"only: no source '{name}', expected one of {', '.join(known)}")
     if cfg.measure:
         (root / "docs" / "results").mkdir(parents=True, exist_ok=True)
         for name in tqdm(names, desc="benchmarks", disable=None):

@@ -1,4 +1,4 @@
-"""A first `study.yaml` for a folder of recordings, and what it was guessed from.
+"""Draft a `study.yaml` for a folder of recordings.
 
 python -m experiments.draft_study input=DIR
 """
@@ -19,7 +19,7 @@ def _draft(cfg: DictConfig) -> None:
     folder = Path(str(cfg.input)).expanduser()
     target = folder / FILE_NAME
     if target.exists() and not cfg.overwrite:
-        raise UserError(f"{target} is there already; overwrite=true replaces it")
+        raise UserError(f"{target} already exists; overwrite=true replaces it")
     draft = draft_study(folder)
     try:
         with atomic_path(target) as temporary:

@@ -20,7 +20,7 @@ from narx.training.trial_reader import Stretch
 
 # the network run forwards only, forwards and backwards, and one trained axis by axis as printed
 NETWORK_METHODS = frozenset({"narx", "narx_smoothed", "narx_axis_by_axis"})
-# the tilt does not show the leak of the heading, so it is chosen after the rest, by its own axis
+# the tilt does not depend on the heading's leak, so it is chosen last, on the transverse axis
 _HEADING_LEAK = "heading_leak_rad_s"
 _TRANSVERSE_ALONE = (0.0, 0.0, 1.0)
 
@@ -60,12 +60,12 @@ class Rivals:
         Returns
         -------
         dict of str to OrientationMethod
-            By row, trained if they learn.
+            By row; methods with trained weights are trained.
 
         Raises
         ------
         UserError
-            If a method learns and there is nothing to train on.
+            If a method has to be trained and there is no training data.
         """
         methods = {row: _made(settings) for row, settings in self.settings.items()}
         self._fit({row: method for row, method in methods.items() if method.learns}, fold, prepare)
@@ -103,7 +103,7 @@ class Rivals:
         return methods
 
     def _fit(self, methods: Mapping[str, OrientationMethod], fold: Fold, prepare: Prepare) -> None:
-        """Train what learns as the network is trained: same parts, same teacher, same seed."""
+        """Train methods with weights like the network: same parts, same teacher, same seed."""
         if not methods:
             return
         parts = (*fold.training, *fold.validation)
@@ -143,7 +143,7 @@ def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
     Raises
     ------
     UserError
-        If a method is unknown, or one that learns has a grid.
+        If a method is unknown, or one with trained weights has a grid.
     """
     settings: dict[str, Mapping[str, Any]] = {}
     grids: dict[str, Mapping[str, list[Any]]] = {}
@@ -162,7 +162,7 @@ def rivals_of(cfg: DictConfig, gathered: Gathered) -> Rivals:
             continue
         settings |= rows
         if (grid := grid_of(cfg, name)) and _made(next(iter(rows.values()))).learns:
-            raise UserError(f"grid.{name}: a method that learns chooses its parameters in its fit")
+            raise UserError(f"grid.{name}: its parameters are determined in training")
         if grid:
             grids |= dict.fromkeys(rows, grid)
     if not settings and gathered.refusals and not NETWORK_METHODS & set(cfg.methods):

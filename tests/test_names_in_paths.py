@@ -104,7 +104,7 @@ def test_angles_of_many_files_stay_below_the_output(tmp_path_factory, name, fold
 
 
 def test_a_pattern_that_climbs_is_refused(tmp_path):
-    with pytest.raises(UserError, match=r"has '\.\.' behind a wildcard"):
+    with pytest.raises(UserError, match=r"has '\.\.' after a wildcard"):
         bulk.jobs_of_files(
             OmegaConf.create({"input": str(tmp_path / "*" / ".." / ".." / "x.csv")}),
             tmp_path / "out",

@@ -1,4 +1,4 @@
-"""Many recordings at once: files of a folder, or trials of a source, resumed where it was left."""
+"""Predict many recordings: files of a folder, or trials of a source; interruptions are resumed."""
 
 import json
 from dataclasses import asdict
@@ -16,7 +16,7 @@ from narx.recordings.input_file import is_bundle
 
 READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip")
 SUMMARY, JOURNAL = "summary.csv", ".finished.jsonl"
-# a temporary file this old belongs to no process that is still at work
+# a temporary file older than this belongs to no running process
 _ABANDONED_S = 3600.0
 
 
@@ -40,19 +40,19 @@ def is_bulk(value: str) -> bool:
 
 
 def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
-    """Make a job of every recording in a folder or of a pattern.
+    """Create a job for every recording in a folder or matching a pattern.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``, with ``input``.
     folder : pathlib.Path
-        Folder of the output; what an earlier run wrote there is no recording.
+        Folder of the output; files written there by an earlier run are not recordings.
 
     Returns
     -------
     list of Job
-        In the order of the names.
+        Jobs in the order of the names.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
         fixed = next(k for k, part in enumerate(parts) if any(c in part for c in "*?["))
         if ".." in parts[fixed:]:
             # a result is written under its input's name below the output folder
-            raise UserError(f"input: '{value}' has '..' behind a wildcard, expected it before")
+            raise UserError(f"input: '{value}' has '..' after a wildcard, expected only before")
         root = Path(*parts[:fixed]) if fixed else Path()
         found = root.glob(str(Path(*parts[fixed:])))
     written = folder.resolve()
@@ -86,21 +86,21 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
 
 
 def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
-    """Predict every recording, and write a table of what became of each.
+    """Predict every recording, and write a table with the outcome of each.
 
     Parameters
     ----------
     jobs : list of Job
-        What to do.
+        Jobs to run.
     folder : pathlib.Path
-        Where the angles go, and ``summary.csv``.
+        Folder for the angles and for ``summary.csv``.
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``: ``jobs`` and ``scheduler``.
 
     Raises
     ------
     UserError
-        If the folder is a file; at the end, if some recordings were refused.
+        If the folder is a file; or, after all others are done, if some recordings were refused.
     """
     if folder.exists() and not folder.is_dir():
         raise UserError(f"output: '{folder}' is a file, expected a folder for many recordings")

@@ -1,4 +1,4 @@
-"""One recording of many: what is read, what is written, and what became of it."""
+"""One of many recordings: its input, its output file, and its outcome."""
 
 import hashlib
 import json
@@ -18,28 +18,28 @@ from narx.experiments.sources import combined_index, data_sha256, open_sources
 from narx.files import safe_name, sha256_of
 from narx.recordings.trial import side_of
 
-# bytes of a file name, in all common file systems
+# maximum length of a file name in bytes, in all common file systems
 _LONGEST_NAME = 255
-# options that do not change what is in a file
+# options that do not change the content of an output file
 _NOT_IN_KEY = ("input", "output", "jobs", "scheduler", "hydra")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one recording.
+    """Outcome of one recording.
 
     Parameters
     ----------
     file : str
-        Input, below the folder that all have in common, or source, subject, condition and trial.
+        Input, relative to the common folder of all inputs; or source, subject, condition and trial.
     status : {"done", "refused"}
-        Whether there are angles.
+        Whether angles were computed.
     reason : str
-        Why not, or the notes.
+        Reason for the refusal, or notes on the recording.
     n_samples, n_angles : int
-        Samples in the output, and those of them with angles.
+        Number of samples in the output, and of those with angles.
     key : str
-        Hash of the input and the options that it was made with.
+        Hash of the input and the options used.
     """
 
     file: str
@@ -52,7 +52,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Job:
-    """A recording to predict; small, as it is sent to another process.
+    """A recording to predict; small, because it is sent to other processes.
 
     Parameters
     ----------
@@ -72,12 +72,12 @@ class Job:
     key: str
 
     def run(self) -> Outcome:
-        """Predict, and write the angles.
+        """Predict the recording, and write the angles.
 
         Returns
         -------
         Outcome
-            Refused if the recording is wrong.
+            Outcome with status refused if the recording is invalid.
         """
         try:
             notes, n_samples, n_angles = self._predicted()
@@ -98,7 +98,7 @@ class FileJob(Job):
     cfg, name, target, key
         As of `Job`.
     file : pathlib.Path
-        The recording; the side may be in its name.
+        The recording; its name may contain the side.
     """
 
     file: Path
@@ -132,28 +132,28 @@ class TrialJob(Job):
 
 @lru_cache(maxsize=1)
 def _sources(configuration: str) -> dict[str, TrialSource]:
-    """Open the sources once in each process."""
+    """Open the sources once per process."""
     cfg = OmegaConf.create(configuration)
     assert isinstance(cfg, DictConfig)
     return open_sources(cfg)
 
 
 def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> list[Job]:
-    """Make a job of every file.
+    """Create a job for every file.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``.
     folder, root : pathlib.Path
-        Folder of the output, and folder that the files have in common.
+        Folder of the output, and common folder of the files.
     files : list of pathlib.Path
         The recordings.
 
     Returns
     -------
     list of Job
-        In the order of the files.
+        Jobs in the order of the files.
     """
     options = _options(cfg)
     jobs: list[Job] = []
@@ -165,7 +165,7 @@ def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> l
 
 
 def _name_of_angles(file: str, ending: str) -> str:
-    # the input's suffix stays in the name: walk.csv and walk.mat are two recordings
+    # the input's suffix stays in the name, since walk.csv and walk.mat are different recordings
     name, ending = file.replace(".", "_"), f"_angles.{ending}"
     if len(os.fsencode(name + ending)) > _LONGEST_NAME:
         name = safe_name(name, _LONGEST_NAME)
@@ -173,7 +173,7 @@ def _name_of_angles(file: str, ending: str) -> str:
 
 
 def trial_jobs(cfg: DictConfig, folder: Path) -> list[Job]:
-    """Make a job of every trial of the sources.
+    """Create a job for every trial of the sources.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def trial_jobs(cfg: DictConfig, folder: Path) -> list[Job]:
     Returns
     -------
     list of Job
-        In the order of the index.
+        Jobs in the order of the index.
 
     Raises
     ------

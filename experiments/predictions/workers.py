@@ -1,4 +1,4 @@
-"""Where jobs run: in this process, in processes of this machine, or on a Dask cluster."""
+"""Run jobs in this process, in several processes, or on a Dask cluster."""
 
 import contextlib
 import multiprocessing
@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from narx.errors import UserError
 from narx.experiments.predictions.jobs import Job, Outcome
 
-# a worker's start takes as long as a dozen files
+# starting a worker takes as long as a dozen files
 _ENOUGH_FOR_PROCESSES = 50
 _CONNECT_S = 10
 # read by the libraries when they are loaded
@@ -19,16 +19,17 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 def outcomes(
     jobs: Sequence[Job], n_workers: int | None, scheduler: str | None
 ) -> Iterator[Outcome]:
-    """Run jobs, and yield what became of each as it ends.
+    """Run jobs, and yield the outcome of each as it ends.
 
     Parameters
     ----------
     jobs : sequence of Job
-        What to do.
+        Jobs to run.
     n_workers : int, optional
-        Processes of this machine; None takes one, or one per core for 50 jobs and more.
+        Number of processes on this machine; None uses one, or one per core for 50 jobs or more.
     scheduler : str, optional
-        Address of a Dask scheduler, such as ``tcp://host:8786``, whose workers see the same files.
+        Address of a Dask scheduler, such as ``tcp://host:8786``; its workers need access to the
+        same files.
 
     Yields
     ------
@@ -72,7 +73,7 @@ def _on_cluster(jobs: Sequence[Job], scheduler: str) -> Iterator[Outcome]:
         reason = " ".join(str(error).split())[:160]
         raise UserError(f"scheduler: no Dask scheduler at '{scheduler}' ({reason})") from None
     with client:
-        # pure=False: the same job after a change of its input is another one
+        # pure=False: the same job gives another result after a change of its input
         futures = client.map(_run_in_folder, jobs, folder=os.getcwd(), pure=False)
         try:
             for finished in distributed.as_completed(futures):
@@ -90,7 +91,7 @@ def _run(job: Job) -> Outcome:
 
 
 def _run_in_folder(job: Job, folder: str) -> Outcome:
-    """Run with the same relative paths, and so the same messages, as on the client."""
+    """Run in the client's folder, so that relative paths and messages are the same."""
     os.chdir(folder)
     _on_one_core()
     return job.run()
@@ -110,7 +111,7 @@ def _libraries_on_one_core() -> Iterator[None]:
 
 
 def _on_one_core() -> None:
-    """There are as many workers as cores."""
+    """Limit the process to one core, since there are as many workers as cores."""
     import torch
 
     torch.set_num_threads(1)

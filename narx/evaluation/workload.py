@@ -16,10 +16,10 @@ class Workload:
     Parameters
     ----------
     methods_s : dict of str to float
-        CPU time of the calling thread in each method's estimates, s. Wall time would count what
-        else runs meanwhile, such as the preparation of the next trial.
+        CPU time of the calling thread in each method's estimates, s. Wall time would include
+        concurrent work, such as the preparation of the next trial.
     n_samples : dict of str to int
-        Samples that each method has estimated.
+        Number of samples estimated by each method.
     training_s : float
         Time in training including data loading, s.
     """
@@ -40,7 +40,7 @@ class Workload:
         name : str
             Name of the method.
         n_samples : int
-            Samples that it estimates.
+            Number of samples that it estimates.
 
         Yields
         ------

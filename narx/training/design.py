@@ -88,7 +88,7 @@ class NetworkDesign:
         ----------
         training : sequence of TrainingSequence
             Sequences with the same sampling rate.
-            offset_free : bool
+        offset_free : bool
             Subtract each sequence's mean angle before the angle's scale is chosen.
 
         Returns

@@ -81,4 +81,4 @@ def test_a_grid_for_it_is_refused(run_command, own_method):
         "+grid.gru.hidden=[4,8]",
     )  # fmt: skip
     assert status == 2
-    assert "error: grid.gru: a method that learns chooses its parameters in its fit" in err
+    assert "error: grid.gru: its parameters are determined in training" in err

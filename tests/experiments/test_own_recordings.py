@@ -92,7 +92,7 @@ def test_a_broken_trial_does_not_stop_the_others(run_command, recordings):
     assert status == 0
     status, _, err, _ = run_command("draft_study", "input=recordings")
     assert status == 2
-    assert "study.yaml is there already; overwrite=true replaces it" in err
+    assert "study.yaml already exists; overwrite=true replaces it" in err
     (recordings / "recordings" / "anna" / "walk1_thigh_right.csv").write_text("time_s,gyro\n0,1\n")
     status, out, err, _ = run_command(
         "predict", "data=study", "data_root=recordings", "output=angles"
