@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from narx.errors import MethodNotApplicableError
 from narx.kernels.clock import lay_out
+from narx.kernels.limits import FORCE_LIMIT_M_S2
 from narx.recursion import ClockNumbers, Recursion, SampleBySample, Step, new_clock
 from narx.types import BoolArray, FloatArray
 
@@ -309,12 +310,13 @@ def usable(samples: FloatArray) -> BoolArray:
     Returns
     -------
     ndarray of bool, shape (...)
-        False where a value is not finite or a rate beyond `RATE_LIMIT_RAD_S`.
+        False where a value is not finite, a rate beyond `RATE_LIMIT_RAD_S` or a force beyond
+        `narx.kernels.limits.FORCE_LIMIT_M_S2`.
     """
     # NaN compares false
     there: BoolArray = np.asarray((np.abs(samples[..., :3]) <= RATE_LIMIT_RAD_S).all(axis=-1))
     if samples.shape[-1] > 3:
-        there &= np.isfinite(samples[..., 3:]).all(axis=-1)
+        there &= (np.abs(samples[..., 3:]) <= FORCE_LIMIT_M_S2).all(axis=-1)
     return there
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from narx.kernels.clock import CLOCK, MISSING, STAMP, collect, lay_out
+from narx.kernels.clock import CLOCK, MISSING, STAMP, collect, lay_out, longest_pause
 from narx.types import BoolArray, FloatArray
 
 
@@ -30,6 +30,11 @@ class ClockNumbers(NamedTuple):
     interval_s: float
     max_gap_s: float
     lost_most: int
+
+    @property
+    def longest_pause_s(self) -> float:
+        """Time without a sample that is as good as any longer one."""
+        return float(longest_pause(self.interval_s, self.max_gap_s, self.lost_most))
 
 
 def new_clock(n_sensors: int) -> FloatArray:

@@ -1,92 +1,35 @@
 """Values that are filled into the C templates."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.polynomial import chebyshev, polynomial
 
+from narx.export.neurons import merged_neurons, physical_weights
+from narx.export.recurrence import refuse_own_scaling, samples_in_movement
+from narx.export.tracker_numbers import between_samples, exported_numbers
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.tracking import Tracking
+from narx.inference.washout import washout_gain
 from narx.kernels import tracker as kernel
-from narx.kernels.limits import COS_FRONTAL_MIN
+from narx.kernels.clock import ON_TICK
+from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
+from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
 from narx.types import FloatArray
 
+# a number's suffix and a function's are the same letter in C
+_SUFFIX = {"double": "", "float": "f"}
+# in float neurons are one that differ by less than its accuracy asks for
+_SAME = {"double": 1e-8, "float": 1e-3}
+# range of the short series; beyond it the library's functions
+_SINE_LIMIT_RAD, _TANH_LIMIT = 1.2, 0.12
 
-def number(value: float, suffix: str) -> str:
-    """Write a number so that C reads exactly the same value.
-
-    Parameters
-    ----------
-    value : float
-        Finite number.
-    suffix : str
-        Suffix of the type: empty for ``double``, ``f`` for ``float``.
-
-    Returns
-    -------
-    str
-        Shortest decimal form.
-    """
-    return f"{float(value)!r}{suffix}"
-
-
-def row(values: FloatArray, suffix: str) -> str:
-    """Write a list of numbers.
-
-    Parameters
-    ----------
-    values : ndarray, shape (N,)
-        Finite numbers.
-    suffix : str
-        As for `number`.
-
-    Returns
-    -------
-    str
-        The numbers, separated by commas.
-    """
-    return ", ".join(number(value, suffix) for value in values)
-
-
-def network_values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
-    """Weights of the network, used by both templates.
-
-    Parameters
-    ----------
-    checkpoint : Checkpoint
-        What to carry.
-    suffix : str
-        As for `number`.
-
-    Returns
-    -------
-    dict of str to str
-        By the templates' names.
-    """
-    model = checkpoint.model
-    structure = model.structure
-    weights = model.weights.detach().numpy()
-    w1 = weights[structure.w1].reshape(structure.hidden, structure.n_features)
-    return {
-        "sampling_rate_hz": number(model.sampling_rate_hz, suffix),
-        "hidden": str(structure.hidden),
-        "past_inputs": str(structure.n_input_state),
-        "w1": ",\n".join(f"    {{{row(values, suffix)}}}" for values in w1),
-        "b1": row(weights[structure.b1], suffix),
-        "w2": row(weights[structure.w2], suffix),
-        "b2": number(weights[structure.b2], suffix),
-        "smallest_cos_frontal": number(COS_FRONTAL_MIN, suffix),
-        "pi": number(math.pi, suffix),
-        "f": suffix,
-    }
-
-
-# scalars of the tracker, by their names in the template
-_NUMBERS = {
-    "interval": kernel.INTERVAL,
+# single numbers of the tracker, by the template's names
+_TRACKER_NUMBERS = {
     "leak": kernel.LEAK,
     "angle_noise": kernel.ANGLE_NOISE,
     "rate_noise": kernel.RATE_NOISE,
-    "centre_decay": kernel.CENTRE_DECAY,
     "centre_noise": kernel.CENTRE_NOISE,
     "bias_noise": kernel.BIAS_NOISE,
     "start_variance": kernel.START_VARIANCE,
@@ -107,45 +50,131 @@ _NUMBERS = {
     "rest_variance": kernel.REST_VARIANCE,
     "velocity_noise": kernel.VELOCITY_NOISE,
     "speed": kernel.SPEED,
-    "rate_scale": kernel.RATE_SCALE,
-    "angle_scale": kernel.ANGLE_SCALE,
 }
 
 
-def tracked_values(checkpoint: Checkpoint, suffix: str) -> dict[str, str]:
-    """All values of ``template_tracked`` other than names and types.
+def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
+    """Write everything that the templates need beside the names of the files.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-        What to carry; it has a tracker.
-    suffix : str
-        As for `number`.
+        What to carry.
+    precision : {"double", "float"}
+        Type of all numbers.
 
     Returns
     -------
     dict of str to str
-        Values by their names in the template.
+        By the templates' names.
     """
+    refuse_own_scaling(checkpoint)
+    suffix, interval_s = _SUFFIX[precision], 1.0 / checkpoint.model.sampling_rate_hz
+    clock = checkpoint.method().clock_numbers(interval_s)
+    w1, b1, w2, b2 = merged_neurons(*physical_weights(checkpoint), _SAME[precision])
+    recurrence = _start_up(checkpoint) if checkpoint.tracker is None else _tracked(checkpoint)
+    numbers = {
+        "sampling_rate_hz": float(checkpoint.model.sampling_rate_hz),
+        "interval_s": interval_s,
+        "half_interval_s": 0.5 * interval_s,
+        "rate_limit_rad_s": clock.limit_rad_s,
+        "force_limit_m_s2": FORCE_LIMIT_M_S2,
+        "max_gap_s": clock.max_gap_s,
+        "longest_pause_s": clock.longest_pause_s,
+        "on_tick": ON_TICK,
+        "smallest_cos_frontal": COS_FRONTAL_MIN,
+        "sine_limit": _SINE_LIMIT_RAD,
+        "tanh_square": _TANH_LIMIT**2,
+        "t1": -1 / 3,
+        "t2": 2 / 15,
+        **{f"s{i}": c for i, c in enumerate(_even_series(np.sinc, 1 / math.pi))},
+        **{f"c{i}": c for i, c in enumerate(_even_series(np.cos, 1.0))},
+        "w1": w1,
+        "b1": b1,
+        "w2": w2,
+        "b2": b2,
+        **recurrence,
+    }
+    counts = {
+        "inputs": 6 if checkpoint.method().needs_accelerometer else 3,
+        "lost_most": clock.lost_most,
+        "tracked": int(checkpoint.tracker is not None),
+        "short_series": int(precision == "float"),
+        "hidden": len(w2),
+        "biases": int(bool(b1.any() or b2)),
+        "past_inputs": checkpoint.model.structure.n_input_state,
+        "output_lags": checkpoint.model.structure.output_lags,
+        "n_state": checkpoint.model.structure.n_state,
+    }
+    return {
+        "real": precision,
+        "f": suffix,
+        **{name: str(count) for name, count in counts.items()},
+        **{name: _text(value, suffix) for name, value in numbers.items()},
+    }
+
+
+def _text(value: Any, suffix: str) -> str:
+    """Write numbers so that C reads the same ones; counts are Python's int."""
+    if isinstance(value, int):
+        return str(value)
+    if np.ndim(value) == 0:
+        return f"{float(value)!r}{suffix}"
+    if np.ndim(value) == 1:
+        return ", ".join(_text(number, suffix) for number in value)
+    return ",\n".join(f"    {{{_text(row, suffix)}}}" for row in value)
+
+
+def _start_up(checkpoint: Checkpoint) -> dict[str, Any]:
+    start_up, interval_s = checkpoint.start_up, 1.0 / checkpoint.model.sampling_rate_hz
+    return {
+        "leak_rad_s": float(start_up.leak_rad_s),
+        "settling_gain": float(start_up.settling_gain),
+        "settling_s": float(start_up.settling_s),
+        "averaged_from_s": float(start_up.averaged_from_s),
+        "averaging_s": float(start_up.averaging_s),
+        "pi_per_averaging": math.pi / start_up.averaging_s if start_up.averaging_s else 0.0,
+        "movement_gain": interval_s / (MOVEMENT_TIME_CONSTANT_S + interval_s),
+        "movement_square": MOVEMENT_RAD_S**2,
+        "washout_gain": washout_gain(checkpoint.washout_s, interval_s),
+        "moving_samples": samples_in_movement(start_up, interval_s),
+        "coupled": int(checkpoint.model.coupled),
+    }
+
+
+def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
     tracker, model = checkpoint.tracker, checkpoint.model
     assert tracker is not None
-    parameters = tracker.numbers(model)
+    parameters, interval_s = exported_numbers(tracker, model), 1.0 / model.sampling_rate_hz
     unknown, known = (Tracking(tracker, model, pose) for pose in (None, np.zeros(3)))
     cycle, velocity = kernel.CYCLE_VARIANCE, kernel.VELOCITY_VARIANCE
     return {
-        **network_values(checkpoint, suffix),
-        **{name: number(parameters[at], suffix) for name, at in _NUMBERS.items()},
-        "cycle_variance": row(parameters[cycle : cycle + 3], suffix),
-        "velocity_variance": row(parameters[velocity : velocity + 2], suffix),
-        "std_scale": row(np.array(tracker.std_scale), suffix),
-        "x_start": row(unknown.x, suffix),
-        "unknown_variance": row(np.diag(unknown.covariance), suffix),
-        "known_variance": row(np.diag(known.covariance), suffix),
-        "shortest_swing_s": number(kernel.SHORTEST_SWING_S, suffix),
-        "longest_swing_s": number(kernel.LONGEST_SWING_S, suffix),
-        "most_bias_square": number(kernel.MOST_BIAS_RAD_S**2, suffix),
-        "inputs": "6" if tracker.aided else "3",
-        "states": str(len(unknown.x)),
-        "past_rates": str(unknown.rates.shape[1]),
-        "past_angles": str(unknown.past.shape[1]),
+        **{name: parameters[at] for name, at in _TRACKER_NUMBERS.items()},
+        "pi": math.pi,
+        "centre_loss": 1.0 - parameters[kernel.CENTRE_DECAY],
+        "longest_gap_s": kernel.LONGEST_GAP_S,
+        "cycle_variance": parameters[cycle : cycle + 3],
+        "velocity_variance": parameters[velocity : velocity + 2],
+        "std_scale": np.array(tracker.std_scale),
+        "x_start": unknown.x,
+        "unknown_variance": np.diag(unknown.covariance),
+        "known_variance": np.diag(known.covariance),
+        "shortest_swing_s": between_samples(kernel.SHORTEST_SWING_S, interval_s, above=True),
+        "longest_swing_s": between_samples(kernel.LONGEST_SWING_S, interval_s, above=False),
+        "most_bias_square": kernel.MOST_BIAS_RAD_S**2,
+        "states": len(unknown.x),
+        "past_rates": unknown.rates.shape[1],
+        "past_angles": unknown.past.shape[1],
     }
+
+
+def _even_series(function: Any, unit: float) -> FloatArray:
+    """Coefficients of ``function(unit x)`` in powers of x^2, for the range of the short series."""
+    half = 0.5 * _SINE_LIMIT_RAD**2
+    interpolate: Any = chebyshev.chebinterpolate
+    series = interpolate(lambda t: function(unit * np.sqrt(half * (1.0 + t))), 3)
+    in_t = chebyshev.cheb2poly(series)
+    result = np.zeros(1)
+    for coefficient in in_t[::-1]:
+        result = polynomial.polyadd(polynomial.polymul(result, [-1.0, 1.0 / half]), [coefficient])
+    return np.asarray(result)[:4]

@@ -1,23 +1,23 @@
 """Lost samples and jitter in the recurrence of an export, handled as in the package.
 
-`narx.kernels.clock` in torch operations: gaps of up to `narx.method.MAX_GAP_S` are interpolated
-linearly once the next sample has arrived, the recurrence pauses during longer ones, and samples
-between the network's ticks are interpolated to the ticks by their intervals.
+`narx.kernels.clock` in torch operations: gaps of up to `narx.method.MAX_GAP_S` are filled along
+straight lines once the next sample is there, in longer ones the recurrence pauses (one with a
+tracker counts the time), and samples that
+come at other times than the network's ticks are brought there by their intervals.
 
-The state is that of the recurrence, followed by six numbers: the latest sample (3), 1 once there
-was one, the time since it, and the time from its tick to the sample (s).
+The state is the recurrence's, followed by the latest sample (3 or 6), 1 once there was one, the
+time since it, and the time by which it came after its tick (s).
 """
 
 import torch
 from torch import Tensor, nn
 
 from narx.export.recurrence import Recurrence
+from narx.export.tracked import TrackedRecurrence
 from narx.inference.checkpoint import Checkpoint
 from narx.kernels.clock import ON_TICK
-from narx.method import RATE_LIMIT_RAD_S, longest_gap_s
+from narx.kernels.limits import FORCE_LIMIT_M_S2
 from narx.network.cell import coupled_rates
-
-_CLOCK = 6
 
 
 class ClockedRecurrence(nn.Module):
@@ -36,21 +36,29 @@ class ClockedRecurrence(nn.Module):
 
     interval_s: Tensor
     max_gap_s: Tensor
+    longest_pause_s: Tensor
+    lost_most: Tensor
     on_tick: Tensor
-    rate_limit_rad_s: Tensor
+    limits: Tensor
 
     def __init__(self, checkpoint: Checkpoint) -> None:
         super().__init__()
-        self.recurrence = Recurrence(checkpoint)
-        interval_s = 1.0 / checkpoint.model.sampling_rate_hz
+        tracked = checkpoint.tracker is not None
+        self.recurrence = (TrackedRecurrence if tracked else Recurrence)(checkpoint)
+        method = checkpoint.method()
+        numbers = method.clock_numbers(1.0 / checkpoint.model.sampling_rate_hz)
+        self.n_inputs = 6 if method.needs_accelerometer else 3
+        limits = [numbers.limit_rad_s] * 3 + [FORCE_LIMIT_M_S2] * (self.n_inputs - 3)
         for name, value in (
-            ("interval_s", interval_s),
-            ("max_gap_s", longest_gap_s(interval_s)),
+            ("interval_s", numbers.interval_s),
+            ("max_gap_s", numbers.max_gap_s),
+            ("longest_pause_s", numbers.longest_pause_s),
+            ("lost_most", float(numbers.lost_most)),
             ("on_tick", ON_TICK),
-            ("rate_limit_rad_s", RATE_LIMIT_RAD_S),
+            ("limits", limits),
         ):
             self.register_buffer(name, torch.tensor(value, dtype=torch.float64))
-        self.state_size = self.recurrence.state_size + _CLOCK
+        self.state_size = self.recurrence.state_size + self.n_inputs + 3
 
     def start(self, initial_angles: Tensor, known: Tensor) -> Tensor:
         """Create the state before the first sample.
@@ -67,18 +75,18 @@ class ClockedRecurrence(nn.Module):
         Tensor, shape (..., state_size)
             State.
         """
-        clock = torch.cat([torch.zeros_like(known)] * 6, dim=-1)
+        clock = torch.cat([torch.zeros_like(known)] * (self.n_inputs + 3), dim=-1)
         return torch.cat([self.recurrence.start(initial_angles, known), clock], dim=-1)
 
     def arrive(
-        self, axis_rates: Tensor, interval_s: Tensor, state: Tensor
-    ) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-        """Register a sample, before the recurrence advances.
+        self, inputs: Tensor, interval_s: Tensor, state: Tensor
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+        """Take a sample in, before the recurrence goes on.
 
         Parameters
         ----------
-        axis_rates : Tensor, shape (..., 3)
-            Gyroscope, rad/s; a sample is missing if not finite or beyond the limit.
+        inputs : Tensor, shape (..., n_inputs)
+            Rates, rad/s, and forces, m/s^2; missing where not finite or beyond the limits.
         interval_s : Tensor, shape (..., 1)
             Time since the previous sample, missing or not, s.
         state : Tensor, shape (..., state_size)
@@ -94,18 +102,21 @@ class ClockedRecurrence(nn.Module):
             Time from the newest tick to the sample, as a fraction of the time since the
             previous sample.
         apart : Tensor, shape (..., 1)
-            Time between two ticks, as a fraction of the same time.
-        clock : Tensor, shape (..., 6)
+            How far two ticks are apart, in the same shares.
+        lost_s : Tensor, shape (..., 1)
+            Time of a gap that the recurrence is given before it advances, s.
+        clock : Tensor, shape (..., n_inputs + 3)
             The clock's state afterwards.
         """
-        clock = state[..., self.recurrence.state_size :]
-        latest, seen = clock[..., 0:3], clock[..., 3:4]
+        clock, latest_at = state[..., self.recurrence.state_size :], self.n_inputs
+        latest, seen = clock[..., :latest_at], clock[..., latest_at : latest_at + 1]
+        before, late = clock[..., latest_at + 1 : latest_at + 2], clock[..., latest_at + 2 :]
         timely = interval_s > 0.0
-        there = (torch.abs(axis_rates) <= self.rate_limit_rad_s).all(-1, keepdim=True) & timely
+        there = (torch.abs(inputs) <= self.limits).all(-1, keepdim=True) & timely
         passed = torch.where(timely, interval_s, torch.zeros_like(interval_s))
-        since = torch.minimum(clock[..., 4:5] + passed, 2.0 * self.max_gap_s)
+        since = torch.minimum(before + passed, self.longest_pause_s)
         paused = (seen == 0.0) | (since > self.max_gap_s * (1.0 + self.on_tick))
-        elapsed = clock[..., 5:6] + since
+        elapsed = late + since
         due = torch.floor(elapsed / self.interval_s + self.on_tick)
         rest = elapsed - due * self.interval_s
         rest = torch.where(rest < self.on_tick * self.interval_s, torch.zeros_like(rest), rest)
@@ -114,17 +125,41 @@ class ClockedRecurrence(nn.Module):
         share = 1.0 / torch.where(paused | ~there, torch.ones_like(since), since)
         # after a pause there is nothing to interpolate from: the sample is used unchanged
         share = torch.where(paused, torch.zeros_like(share), share)
+        lost = torch.floor(since / self.interval_s + 0.5) - 1.0
+        lost = torch.minimum(torch.maximum(lost, torch.zeros_like(lost)), self.lost_most)
+        lost = torch.where(paused & there, lost, torch.zeros_like(lost))
         flag = there.to(state.dtype)
         after = torch.cat(
             [
-                torch.where(there, axis_rates, latest),
+                torch.where(there, inputs, latest),
                 torch.maximum(seen, flag),
                 torch.where(there, torch.zeros_like(since), since),
-                torch.where(there, rest, clock[..., 5:6]),
+                torch.where(there, rest, late),
             ],
             dim=-1,
         )
-        return flag, flag * due, rest * share, self.interval_s * share, after
+        return (
+            flag, flag * due, rest * share, self.interval_s * share, lost * self.interval_s, after
+        )  # fmt: skip
+
+    def lose(self, lost_s: Tensor, state: Tensor) -> Tensor:
+        """Give the recurrence the time of a gap.
+
+        Parameters
+        ----------
+        lost_s : Tensor, shape (..., 1)
+            From `arrive`.
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor, shape (..., state_size)
+            State.
+        """
+        size = self.recurrence.state_size
+        lost = self.recurrence.lose(lost_s, state[..., :size])
+        return torch.cat([lost, state[..., size:]], dim=-1)
 
     def tick(
         self,
@@ -132,7 +167,7 @@ class ClockedRecurrence(nn.Module):
         ticks: Tensor,
         back: Tensor,
         apart: Tensor,
-        axis_rates: Tensor,
+        inputs: Tensor,
         state: Tensor,
     ) -> Tensor:
         """Advance the recurrence by one of the due ticks.
@@ -142,9 +177,9 @@ class ClockedRecurrence(nn.Module):
         number : Tensor, shape ()
             Number of the tick, from 1.
         ticks, back, apart : Tensor, shape (..., 1)
-            From `arrive`; batch rows with fewer ticks are unchanged.
-        axis_rates : Tensor, shape (..., 3)
-            The sample, rad/s.
+            From `arrive`; batch rows with fewer ticks stay as they are.
+        inputs : Tensor, shape (..., n_inputs)
+            The sample.
         state : Tensor, shape (..., state_size)
             State, with its clock as before the sample.
 
@@ -157,9 +192,9 @@ class ClockedRecurrence(nn.Module):
         clock = state[..., size:]
         due = number <= ticks
         before = back + (ticks - number) * apart
-        latest = clock[..., 0:3]
-        rates = torch.where(due, axis_rates - before * (axis_rates - latest), latest)
-        advanced = self.recurrence.advance(rates, state[..., :size])
+        latest = clock[..., : self.n_inputs]
+        between = torch.where(due, inputs - before * (inputs - latest), latest)
+        advanced = self.recurrence.advance(between, state[..., :size])
         return torch.cat([torch.where(due, advanced, state[..., :size]), clock], dim=-1)
 
     def depart(self, there: Tensor, clock: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
@@ -179,8 +214,9 @@ class ClockedRecurrence(nn.Module):
         state : Tensor, shape (..., state_size)
             State for the next sample.
         """
-        at_tick = state[..., 0:3]
-        angles = at_tick + clock[..., 5:6] * coupled_rates(clock[..., 0:3], at_tick)
+        at_tick = self.recurrence.angles(state[..., : self.recurrence.state_size])
+        late = clock[..., self.n_inputs + 2 :]
+        angles = at_tick + late * coupled_rates(clock[..., 0:3], at_tick)
         nothing = torch.full_like(angles, float("nan"))
         after = torch.cat([state[..., : self.recurrence.state_size], clock], dim=-1)
         return torch.where(there > 0.0, angles, nothing), after

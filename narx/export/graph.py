@@ -1,18 +1,14 @@
 """Whole sequences of many sensors as one graph of operations, for torch.export and ONNX."""
 
-from typing import Any
-
 import torch
 from torch import Tensor, nn
 from torch._higher_order_ops.scan import scan
 from torch._higher_order_ops.while_loop import while_loop
 
 from narx.export.clocked import ClockedRecurrence
-from narx.export.tracked import ExportedTracked
 from narx.inference.checkpoint import Checkpoint
 
 INPUTS = ("axis_rates", "interval_s", "state")
-TRACKED_INPUTS = ("axis_rates", "state")
 OUTPUTS = ("angles", "new_state")
 
 
@@ -36,9 +32,9 @@ class SequenceGraph(nn.Module):
 
         Parameters
         ----------
-        axis_rates : Tensor, shape (B, N, 3)
-            Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s; NaN
-            where missing.
+        axis_rates : Tensor, shape (B, N, n_inputs)
+            Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s, and
+            where there are six inputs the specific force x, y, z, m/s^2; NaN where missing.
         interval_s : Tensor, shape (B, N)
             Time since the previous sample, missing or not, s.
         state : Tensor, shape (B, state_size)
@@ -54,9 +50,12 @@ class SequenceGraph(nn.Module):
         clocked = self.clocked
 
         def sample(state: Tensor, arriving: Tensor) -> tuple[Tensor, Tensor]:
-            # the higher-order operators require inputs that do not share memory
-            rates = arriving[..., :3].clone()
-            there, ticks, back, apart, clock = clocked.arrive(rates, arriving[..., 3:], state)
+            # the operators of higher order want no two of their inputs in one memory
+            rates = arriving[..., :-1].clone()
+            there, ticks, back, apart, lost, clock = clocked.arrive(
+                rates, arriving[..., -1:], state
+            )
+            state = clocked.lose(lost, state)
 
             def due(number: Tensor, state: Tensor) -> Tensor:
                 return number <= ticks.max()
@@ -88,7 +87,8 @@ class SequenceGraph(nn.Module):
         """
         start = self.clocked.start(torch.zeros(2, 3, dtype=dtype), torch.zeros(2, 1, dtype=dtype))
         interval_s = self.clocked.interval_s.expand(2, 3).clone()
-        return torch.zeros(2, 3, 3, dtype=dtype), interval_s, start
+        rates = torch.zeros(2, 3, self.clocked.n_inputs, dtype=dtype)
+        return rates, interval_s, start
 
 
 def program(checkpoint: Checkpoint, dtype: torch.dtype) -> torch.export.ExportedProgram:
@@ -104,24 +104,13 @@ def program(checkpoint: Checkpoint, dtype: torch.dtype) -> torch.export.Exported
     Returns
     -------
     torch.export.ExportedProgram
-        Graph of `SequenceGraph`, or of `narx.export.tracked.TrackedStep` for a network with a
-        tracker; without the paths of its sources.
+        As `SequenceGraph`, without a word on where its source lies.
     """
-    if checkpoint.tracker is not None:
-        narx = ExportedTracked(checkpoint)
-        inputs = torch.zeros(narx.n_inputs, dtype=torch.float64)
-        return _traced(narx.one_step.eval(), (inputs, narx.start()), None)
     graph = SequenceGraph(checkpoint).to(dtype).eval()
     sensors, samples = torch.export.Dim("sensors"), torch.export.Dim("samples")
     shapes = ({0: sensors, 1: samples}, {0: sensors, 1: samples}, {0: sensors})
-    return _traced(graph, graph.example(dtype), shapes)
-
-
-def _traced(
-    graph: nn.Module, example: tuple[Tensor, ...], shapes: Any
-) -> torch.export.ExportedProgram:
     with torch.no_grad():
-        exported = torch.export.export(graph, example, dynamic_shapes=shapes)
+        exported = torch.export.export(graph, graph.example(dtype), dynamic_shapes=shapes)
     for module in exported.graph_module.modules():
         for node in getattr(module, "graph", torch.fx.Graph()).nodes:
             for key in ("stack_trace", "nn_module_stack", "source_fn_stack", "from_node"):

@@ -12,8 +12,8 @@ import torch
 import narx
 from narx.errors import UserError
 from narx.export.clocked import ClockedRecurrence
-from narx.export.tracked import ExportedTracked
 from narx.inference.checkpoint import Checkpoint
+from narx.kernels.limits import FORCE_LIMIT_M_S2
 from narx.method import RATE_LIMIT_RAD_S, longest_gap_s
 
 PACKAGE_NAME = "narx-orientation"
@@ -51,6 +51,7 @@ def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict
         "axis_rates": {
             "unit": "rad/s",
             "limit": RATE_LIMIT_RAD_S,
+            "force_limit_m_s2": FORCE_LIMIT_M_S2,
             "right_leg": "(-y, -x, z) of a gyroscope with x forward, y left, z up",
             "left_leg": "(-y, x, -z) of a gyroscope with x forward, y left, z up",
             "bias": "removed before",
@@ -61,36 +62,25 @@ def identity(checkpoint: Checkpoint, export_format: str, precision: str) -> dict
         "washout_s": checkpoint.washout_s,
         "error_std_rad": _known(checkpoint.error_std_rad),
         "start_std_rad": _known(checkpoint.start_std_rad),
-        **(_tracked_state(checkpoint) if checkpoint.tracker else _start_up_state(checkpoint)),
+        **_states(checkpoint),
     }
 
 
-def _start_up_state(checkpoint: Checkpoint) -> dict[str, Any]:
-    clocked = ClockedRecurrence(checkpoint)
-    start = clocked.start(torch.zeros(3), torch.zeros(1))
-    # given only if it differs from that for a known start pose
-    known = clocked.start(torch.tensor([1.0, 2.0, 3.0]), torch.tensor([4.0])).tolist()
-    return {
-        "inputs": "axis rates",
-        "start_state": start.tolist(),
-        "known_start": {
-            "angles_at": [known.index(number) for number in (1.0, 2.0, 3.0)],
-            "one_at": known.index(4.0),
-        },
+def _states(checkpoint: Checkpoint) -> dict[str, Any]:
+    clocked, one = ClockedRecurrence(checkpoint), torch.ones(1)
+    known = clocked.start(torch.zeros(3), one)
+    # where the start angles go
+    moved = [(clocked.start(pose, one) != known).nonzero().flatten() for pose in torch.eye(3)]
+    states: dict[str, Any] = {
+        "inputs": ["axis rates", "axis rates, then specific force x, y, z in m/s^2"][
+            clocked.n_inputs > 3
+        ],
+        "start_state": clocked.start(torch.zeros(3), 0.0 * one).tolist(),
+        "known_start": {"state": known.tolist(), "angles_at": [at.tolist() for at in moved]},
     }
-
-
-def _tracked_state(checkpoint: Checkpoint) -> dict[str, Any]:
-    narx = ExportedTracked(checkpoint)
-    last, each = narx.state_size - 3 * narx.n_outputs, narx.n_outputs
-    aided = "axis rates, then specific force x, y, z in m/s^2"
-    return {
-        "inputs": aided if narx.n_inputs == 6 else "axis rates",
-        "start_state": narx.start().tolist(),
-        "known_start_state": narx.known_start.tolist(),
-        "known_start": "known_start_state, with the three start angles in state[0:3] and each "
-        f"{each} times from state[{last}]",
-    }
+    if checkpoint.tracker is not None:
+        states["standard_deviation"] = {"factors": list(checkpoint.tracker.std_scale)}
+    return states
 
 
 def _known(stds: tuple[float, ...] | None) -> list[float | None]:

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from narx.errors import UserError
-from narx.export.graph import INPUTS, OUTPUTS, TRACKED_INPUTS, program
+from narx.export.graph import INPUTS, OUTPUTS, program
 from narx.inference.checkpoint import Checkpoint
 
 IDENTITY_KEY = "narx"
@@ -64,7 +64,7 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
         warnings.simplefilter("ignore")
         translated = torch.onnx.export(
             program(checkpoint, dtype),
-            input_names=list(INPUTS if checkpoint.tracker is None else TRACKED_INPUTS),
+            input_names=list(INPUTS),
             output_names=list(OUTPUTS),
             dynamo=True,
             verbose=False,

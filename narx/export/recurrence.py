@@ -179,6 +179,38 @@ class Recurrence(nn.Module):
         zero = [torch.zeros_like(known)]
         return torch.cat([initial_angles] + zero * 10 + [known] + zero * (self.state_size - 14), -1)
 
+    def angles(self, state: Tensor) -> Tensor:
+        """Give the latest angles.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor, shape (..., 3)
+            rad.
+        """
+        return state[..., 0:3]
+
+    def lose(self, lost_s: Tensor, state: Tensor) -> Tensor:
+        """Take no notice of time of which nothing is known: the recurrence pauses.
+
+        Parameters
+        ----------
+        lost_s : Tensor, shape (..., 1)
+            s.
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor, shape (..., state_size)
+            The same.
+        """
+        return state
+
     def advance(self, axis_rates: Tensor, state: Tensor) -> Tensor:
         """Advance by one sampling interval.
 

@@ -6,6 +6,9 @@
 
 #define INTERVAL_S ${interval_s}
 #define HALF_INTERVAL_S ${half_interval_s}
+#define HALF 0.5${f}
+#define LONGEST_PAUSE_S ${longest_pause_s} /* a longer one is as good */
+#define LOST_MOST ${lost_most} /* ticks of a pause that count */
 #define ON_TICK ${on_tick} /* intervals: a sample this close to a tick is on it */
 #define SMALLEST_COS_FRONTAL ${smallest_cos_frontal}
 
@@ -36,8 +39,9 @@ static narx_real hyperbolic_tangent(narx_real x)
     return tanh${f}(x);
 }
 
-static void rates_of_angles(const narx_real axis_rates[3], const narx_real tilt[2],
-                            narx_real rates[3])
+/* Returns the cosine of the frontal angle, kept away from zero. */
+static narx_real rates_of_angles(const narx_real axis_rates[3], const narx_real tilt[2],
+                                 narx_real rates[3])
 {
     narx_real sin_s, cos_s, sin_f, cos_f;
     sine_cosine(tilt[0], &sin_s, &cos_s);
@@ -47,156 +51,19 @@ static void rates_of_angles(const narx_real axis_rates[3], const narx_real tilt[
     rates[2] = (axis_rates[2] * cos_s - axis_rates[1] * sin_s) / cos_f;
     rates[1] = axis_rates[1] * cos_s + axis_rates[2] * sin_s;
     rates[0] = axis_rates[0] - sin_f * rates[2];
+    return cos_f;
 }
 
 /* ---- the recurrence, one interval at a time ---- */
 
-#define LEAK_RAD_S ${leak_rad_s}
-#define SETTLING_GAIN ${settling_gain}
-#define SETTLING_S ${settling_s}
-#define AVERAGED_FROM_S ${averaged_from_s} /* of which the posture is the mean */
-#define AVERAGING_S ${averaging_s}
-#define PI_PER_AVERAGING ${pi_per_averaging}
-#define MOVEMENT_GAIN ${movement_gain}
-#define MOVEMENT_SQUARE ${movement_square}
-#define WASHOUT_GAIN ${washout_gain} /* of the slow mean that is taken off */
-#define COUPLED ${coupled} /* rates become those of the angles by the tilt so far */
-
-#define HIDDEN ${hidden} /* neurons that were the same are one */
-#define PAST_INPUTS ${past_inputs}
-#define OUTPUT_LAGS ${output_lags}
-#define BIASES ${biases}
-
-/* columns: present and past rates, past deviations, newest first; scales are in the weights */
-static const narx_real W1[HIDDEN][NARX_NETWORK_STATE + 1] = {
-${w1}
-};
-static const narx_real W2[HIDDEN] = {${w2}};
-#if BIASES
-static const narx_real B1[HIDDEN] = {${b1}};
-static const narx_real B2 = ${b2};
-#endif
-
-static void hand_over(narx_state *state)
-{
-    int axis, k;
-    for (axis = 0; axis < 3; axis++) {
-        narx_real *const network = state->network[axis];
-        const narx_real rate = state->rates[axis];
-        narx_real deviation;
-        if (state->known && state->posture_weight > 0)
-            state->posture[axis] = state->posture_sum[axis] / state->posture_weight;
-        deviation = state->angles[axis] - state->posture[axis];
-        for (k = 0; k < PAST_INPUTS; k++)
-            network[k] = rate;
-        network[PAST_INPUTS] = deviation;
-        for (k = 1; k < OUTPUT_LAGS; k++)
-            network[PAST_INPUTS + k] = deviation - INTERVAL_S * rate;
-    }
-}
-
-/* Counts movement; returns the weight of this sample in the posture. */
-static narx_real movement(narx_state *state, const narx_real axis_rates[3])
-{
-    const narx_real square = axis_rates[0] * axis_rates[0] + axis_rates[1] * axis_rates[1] +
-                             axis_rates[2] * axis_rates[2];
-    narx_real into, half;
-    state->mean_square += (square - state->mean_square) * MOVEMENT_GAIN;
-    if (state->mean_square > MOVEMENT_SQUARE)
-        state->moving_left--;
-    into = (narx_real)(NARX_MOVING_SAMPLES - state->moving_left) * INTERVAL_S;
-    into -= AVERAGED_FROM_S;
-    if (into <= 0 || into >= AVERAGING_S)
-        return 0;
-    half = sin${f}(into * PI_PER_AVERAGING);
-    return half * half;
-}
-
-static void start_up_step(narx_state *state, const narx_real axis_rates[3])
-{
-    const narx_real weight = movement(state, axis_rates);
-    narx_real kept = 1;
-    narx_real rates[3] = {axis_rates[0], axis_rates[1], axis_rates[2]};
-    int axis;
-    state->samples++;
-    if (!state->known) {
-        const narx_real time_s = (narx_real)state->samples * INTERVAL_S;
-        kept = 1 / (1 + INTERVAL_S * (LEAK_RAD_S + SETTLING_GAIN / (time_s + SETTLING_S)));
-    }
-#if COUPLED
-    {
-        narx_real tilt[2];
-        for (axis = 0; axis < 2; axis++)
-            tilt[axis] = state->angles[axis] + INTERVAL_S * state->rates[axis];
-        rates_of_angles(axis_rates, tilt, rates);
-    }
-#endif
-    for (axis = 0; axis < 3; axis++) {
-        const narx_real change = HALF_INTERVAL_S * (rates[axis] + state->rates[axis]);
-        state->angles[axis] = (state->angles[axis] + change) * kept;
-        state->rates[axis] = rates[axis];
-        state->posture_sum[axis] += weight * state->angles[axis];
-    }
-    state->posture_weight += weight;
-    if (state->moving_left == 0)
-        hand_over(state);
-}
-
-static void network_step(narx_state *state, const narx_real axis_rates[3])
-{
-    narx_real rates[3] = {axis_rates[0], axis_rates[1], axis_rates[2]};
-    int axis, h, k;
-#if COUPLED
-    {
-        narx_real tilt[2];
-        for (axis = 0; axis < 2; axis++) {
-            const narx_real *const past = state->network[axis] + PAST_INPUTS;
-            const narx_real next = OUTPUT_LAGS > 1 ? past[0] + past[0] - past[OUTPUT_LAGS > 1] : past[0];
-            tilt[axis] = next + state->posture[axis];
-        }
-        rates_of_angles(axis_rates, tilt, rates);
-    }
-#endif
-    for (axis = 0; axis < 3; axis++) {
-        narx_real *const network = state->network[axis];
-        narx_real output = 0;
-        for (h = 0; h < HIDDEN; h++) {
-            narx_real sum = W1[h][0] * rates[axis];
-            for (k = 0; k < NARX_NETWORK_STATE; k++)
-                sum += W1[h][k + 1] * network[k];
-#if BIASES
-            sum += B1[h];
-#endif
-            output += W2[h] * hyperbolic_tangent(sum);
-        }
-#if BIASES
-        output += B2;
-#endif
-        for (k = NARX_NETWORK_STATE - 1; k > 0; k--)
-            network[k] = network[k - 1];
-        if (PAST_INPUTS > 0)
-            network[0] = rates[axis];
-        network[PAST_INPUTS] = output;
-        state->mean[axis] += WASHOUT_GAIN * (output - state->mean[axis]);
-        state->angles[axis] = output + state->posture[axis] - state->mean[axis];
-    }
-}
-
-static void advance(narx_state *state, const narx_real axis_rates[3])
-{
-    if (state->moving_left > 0)
-        start_up_step(state, axis_rates);
-    else
-        network_step(state, axis_rates);
-}
-
+${recurrence}
 /* ---- samples, lost ones and time ---- */
 
-static int usable(const narx_real axis_rates[3])
+static int usable(const narx_real inputs[NARX_INPUTS])
 {
-    int axis;
-    for (axis = 0; axis < 3; axis++)
-        if (!(fabs${f}(axis_rates[axis]) <= NARX_RATE_LIMIT_RAD_S)) /* nor is NaN */
+    int i;
+    for (i = 0; i < NARX_INPUTS; i++) /* NaN is not below the limit either */
+        if (!(fabs${f}(inputs[i]) <= (i < 3 ? NARX_RATE_LIMIT_RAD_S : NARX_FORCE_LIMIT_M_S2)))
             return 0;
     return 1;
 }
@@ -204,24 +71,22 @@ static int usable(const narx_real axis_rates[3])
 void narx_start(narx_state *state, const narx_real *initial_angles)
 {
     memset(state, 0, sizeof *state);
-    state->moving_left = NARX_MOVING_SAMPLES;
-    if (initial_angles) {
+    if (initial_angles)
         memcpy(state->angles, initial_angles, sizeof state->angles);
-        state->known = 1;
-    }
+    begin(state, initial_angles);
 }
 
-void narx_step_after(narx_state *state, narx_real interval_s, const narx_real axis_rates[3],
+void narx_step_after(narx_state *state, narx_real interval_s, const narx_real inputs[NARX_INPUTS],
                      narx_real angles[3])
 {
     narx_real rest = 0;
-    int due = 1, paused, axis;
+    int due = 1, paused, axis, i;
     if (interval_s > 0) {
         state->since_s += interval_s;
-        if (!(state->since_s < 2 * NARX_MAX_GAP_S))
-            state->since_s = 2 * NARX_MAX_GAP_S;
+        if (!(state->since_s < LONGEST_PAUSE_S))
+            state->since_s = LONGEST_PAUSE_S;
     }
-    if (!(interval_s > 0) || !usable(axis_rates)) {
+    if (!(interval_s > 0) || !usable(inputs)) {
         angles[0] = angles[1] = angles[2] = NAN;
         return;
     }
@@ -233,34 +98,41 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real ax
         if (rest < ON_TICK * INTERVAL_S)
             rest = 0;
     }
+#if LOST_MOST > 0
+    else {
+        const int lost = (int)(state->since_s * NARX_SAMPLING_RATE_HZ + HALF) - 1;
+        if (lost > 0)
+            lose(state, lost < LOST_MOST ? lost : LOST_MOST);
+    }
+#endif
     for (; due > 0; due--) {
-        narx_real rates[3];
+        narx_real tick[NARX_INPUTS];
         const narx_real before = rest + (narx_real)(due - 1) * INTERVAL_S;
         const narx_real back = paused || !(before > 0) ? 0 : before / state->since_s;
-        for (axis = 0; axis < 3; axis++)
-            rates[axis] = axis_rates[axis] - back * (axis_rates[axis] - state->latest[axis]);
-        advance(state, rates);
+        for (i = 0; i < NARX_INPUTS; i++)
+            tick[i] = inputs[i] - back * (inputs[i] - state->latest[i]);
+        advance(state, tick);
     }
-    memcpy(state->latest, axis_rates, sizeof state->latest);
+    memcpy(state->latest, inputs, sizeof state->latest);
     state->seen = 1;
     state->since_s = 0;
     state->past_s = rest;
     memcpy(angles, state->angles, sizeof state->angles);
     if (rest > 0) {
         narx_real rates[3];
-        rates_of_angles(axis_rates, state->angles, rates);
+        rates_of_angles(inputs, state->angles, rates);
         for (axis = 0; axis < 3; axis++)
             angles[axis] += rest * rates[axis];
     }
 }
 
-void narx_step(narx_state *state, const narx_real axis_rates[3], narx_real angles[3])
+void narx_step(narx_state *state, const narx_real inputs[NARX_INPUTS], narx_real angles[3])
 {
-    if (!(state->seen && !(state->since_s > 0) && !(state->past_s > 0) && usable(axis_rates))) {
-        narx_step_after(state, INTERVAL_S, axis_rates, angles);
+    if (!(state->seen && !(state->since_s > 0) && !(state->past_s > 0) && usable(inputs))) {
+        narx_step_after(state, INTERVAL_S, inputs, angles);
         return;
     }
-    advance(state, axis_rates);
-    memcpy(state->latest, axis_rates, sizeof state->latest);
+    advance(state, inputs);
+    memcpy(state->latest, inputs, sizeof state->latest);
     memcpy(angles, state->angles, sizeof state->angles);
 }

@@ -27,6 +27,8 @@ class ScriptedNarx(nn.Module):
         Sampling rate of the network, assumed for samples if no intervals are given.
     start_up_s : float
         Time in movement before the network takes over, s.
+    n_inputs : int
+        3, or 6 with the accelerometer.
     state_size : int
         Length of the state.
     """
@@ -36,6 +38,7 @@ class ScriptedNarx(nn.Module):
         self.clocked = ClockedRecurrence(checkpoint)
         self.sampling_rate_hz = float(checkpoint.model.sampling_rate_hz)
         self.start_up_s = float(checkpoint.start_up.duration_s)
+        self.n_inputs = self.clocked.n_inputs
         self.state_size = self.clocked.state_size
 
     @torch.jit.export
@@ -69,15 +72,15 @@ class ScriptedNarx(nn.Module):
 
     @torch.jit.export
     def step(
-        self, axis_rates: Tensor, state: Tensor, interval_s: Tensor | None = None
+        self, inputs: Tensor, state: Tensor, interval_s: Tensor | None = None
     ) -> tuple[Tensor, Tensor]:
         """Advance by one sample.
 
         Parameters
         ----------
-        axis_rates : Tensor, shape (..., 3)
-            Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s; NaN
-            where missing.
+        inputs : Tensor, shape (..., n_inputs)
+            Gyroscope about the sagittal, frontal and transverse axis without bias, rad/s, and
+            where `n_inputs` is 6 the specific force x, y, z, m/s^2; NaN where missing.
         state : Tensor, shape (..., state_size)
             From `start` or the previous sample; not changed.
         interval_s : Tensor, shape (...), optional
@@ -90,20 +93,21 @@ class ScriptedNarx(nn.Module):
         state : Tensor, shape (..., state_size)
             State for the next sample.
         """
-        rates = axis_rates.to(state.dtype)
+        samples = inputs.to(state.dtype)
         intervals = torch.zeros_like(state[..., 0:1]) + self.clocked.interval_s
         if interval_s is not None:
             intervals = torch.zeros_like(intervals) + interval_s.to(state.dtype).unsqueeze(-1)
-        there, ticks, back, apart, clock = self.clocked.arrive(rates, intervals, state)
+        there, ticks, back, apart, lost, clock = self.clocked.arrive(samples, intervals, state)
+        state = self.clocked.lose(lost, state)
         number = torch.ones_like(self.clocked.interval_s)
         for _ in range(int(ticks.max())):
-            state = self.clocked.tick(number, ticks, back, apart, rates, state)
+            state = self.clocked.tick(number, ticks, back, apart, samples, state)
             number = number + 1.0
         return self.clocked.depart(there, clock, state)
 
     def forward(
         self,
-        axis_rates: Tensor,
+        inputs: Tensor,
         initial_angles: Tensor | None = None,
         interval_s: Tensor | None = None,
     ) -> Tensor:
@@ -111,7 +115,7 @@ class ScriptedNarx(nn.Module):
 
         Parameters
         ----------
-        axis_rates : Tensor, shape (..., N, 3)
+        inputs : Tensor, shape (..., N, n_inputs)
             As for `step`.
         initial_angles : Tensor, shape (..., 3), optional
             As for `start`.
@@ -123,23 +127,23 @@ class ScriptedNarx(nn.Module):
         Tensor, shape (..., N, 3)
             Angles, rad.
         """
-        state = self.start(initial_angles, list(axis_rates.shape[:-2]))
-        angles = torch.zeros(axis_rates.shape, dtype=state.dtype, device=state.device)
-        for k in range(axis_rates.shape[-2]):
+        state = self.start(initial_angles, list(inputs.shape[:-2]))
+        angles = torch.zeros_like(inputs[..., :3], dtype=state.dtype, device=state.device)
+        for k in range(inputs.shape[-2]):
             passed: Tensor | None = None
             if interval_s is not None:
                 passed = interval_s[..., k]
-            angles[..., k, :], state = self.step(axis_rates[..., k, :], state, passed)
+            angles[..., k, :], state = self.step(inputs[..., k, :], state, passed)
         return angles
 
 
-def build(module: nn.Module, dtype: torch.dtype) -> bytes:
-    """Compile a network with its start-up.
+def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
+    """Compile a network.
 
     Parameters
     ----------
-    module : torch.nn.Module
-        `ScriptedNarx` or `narx.export.tracked.ExportedTracked`.
+    checkpoint : Checkpoint
+        What to carry.
     dtype : torch.dtype
         Type of all numbers.
 
@@ -152,7 +156,7 @@ def build(module: nn.Module, dtype: torch.dtype) -> bytes:
     with warnings.catch_warnings():
         # newer releases of torch recommend torch.export
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        script = torch.jit.script(module.to(dtype).eval())
+        script = torch.jit.script(ScriptedNarx(checkpoint).to(dtype).eval())
         torch.jit.save(script, buffer, _extra_files={IDENTITY_FILE: ""})
     return buffer.getvalue()
 
@@ -185,15 +189,15 @@ def stamped(data: bytes, identity: str) -> bytes:
     return changed.getvalue()
 
 
-def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, start: Tensor | None) -> Tensor:
+def run(data: bytes, inputs: Tensor, interval_s: Tensor, start: Tensor | None) -> Tensor:
     """Load a file and run it over recordings.
 
     Parameters
     ----------
     data : bytes
         From `build`.
-    axis_rates : Tensor, shape (B, N, 3)
-        Gyroscope, rad/s.
+    inputs : Tensor, shape (B, N, n_inputs)
+        As for `ScriptedNarx.step`.
     interval_s : Tensor, shape (B, N)
         Times since the previous samples, s.
     start : Tensor, shape (B, 3), or None
@@ -207,6 +211,10 @@ def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, start: Tensor | Non
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
         module = torch.jit.load(io.BytesIO(data))
+        state = module.start(start, [len(inputs)])
+    angles = torch.zeros_like(inputs[..., :3])
     with torch.no_grad():
-        angles: Tensor = module(axis_rates, start, interval_s)
+        # torch compiles a step at its second call, a whole recording only once it has been run
+        for k in range(inputs.shape[1]):
+            angles[:, k], state = module.step(inputs[:, k], state, interval_s[:, k])
     return angles

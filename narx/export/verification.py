@@ -3,23 +3,62 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from narx.errors import UserError
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.stream import OrientationStream
-from narx.method import SegmentSignals
+from narx.kinematics.segment_angles import axis_rates, orientation_from_angles
 from narx.types import FloatArray
 
 TOLERANCE_RAD = {"double": 1e-9, "float": 1e-4}
-# with the digits of float in its covariances, the last digit can decide whether a swing is used
-TRACKED_TOLERANCE_RAD = {"double": 1e-8, "float": 1e-2}
-# time simulated after the start-up, s, and the largest number of samples
-_AFTER_S, _MOST_SAMPLES = 8.0, 20_000
+SIGNALS = "a walk with rest, turn, slip and losses, and noise with losses; known and unknown start"
+# a dozen swings for a tracker to correct by; what follows a start-up, s; samples at most
+_TRACKED_S, _AFTER_S, _MOST_SAMPLES = 16.0, 9.0, 20_000
 _LOST = 0.02
 _STARTS = np.array([[0.0, 0.0, 0.0], [0.3, -0.1, 0.2]])
+_GRAVITY_M_S2 = 9.81
 
-# (axis_rates (B, N, 3), interval_s (B, N), start (B, 3) or None) -> angles (B, N, 3)
+# (inputs (B, N, C), interval_s (B, N), start (B, 3) or None) -> angles (B, N, 3)
 Runner = Callable[[FloatArray, FloatArray, FloatArray | None], FloatArray]
+
+
+def walk(time_s: FloatArray) -> FloatArray:
+    """Make the signals of a leg: rest, walk with a turn and a slip of the sensor, rest.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (N,)
+        Times, from zero.
+
+    Returns
+    -------
+    ndarray, shape (N, 6)
+        Rates with a bias, rad/s, and specific force, m/s^2.
+    """
+
+    def angles(time: FloatArray) -> FloatArray:
+        walks = np.clip(time - 1.5, 0.0, 1.0) * np.clip(time_s[-1] - 1.0 - time, 0.0, 1.0)
+        phase = 2.0 * np.pi * 0.9 * time
+        turn = 1.2 * np.clip(0.3 * (time - 0.4 * time_s[-1]), 0.0, 1.0)
+        slip = 0.3 * np.clip(2.0 * (time - 0.7 * time_s[-1]), 0.0, 1.0)
+        return np.column_stack(
+            [
+                walks * (0.35 * np.sin(phase) + 0.08 * np.sin(2.0 * phase + 0.5)) + slip,
+                walks * 0.06 * np.sin(phase + 1.0),
+                walks * 0.1 * np.sin(phase + 2.0) + turn,
+            ]
+        )
+
+    step_s = 1e-4
+    turned = [_rotation(angles(time_s + shift)) for shift in (-step_s, 0.0, step_s)]
+    rates = axis_rates((turned[0].inv() * turned[2]).as_rotvec() / (2.0 * step_s))
+    bias = np.radians([0.4, -0.3, 0.2])
+    return np.hstack([rates + bias, turned[1].inv().apply([0.0, 0.0, _GRAVITY_M_S2])])
+
+
+def _rotation(angles_rad: FloatArray) -> Rotation:
+    return Rotation.from_quat(orientation_from_angles(angles_rad), scalar_first=True)
 
 
 def signals(checkpoint: Checkpoint) -> tuple[FloatArray, FloatArray]:
@@ -32,29 +71,28 @@ def signals(checkpoint: Checkpoint) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    axis_rates : ndarray, shape (2, N, 3)
-        A walk after one second of standing, and noise; 2 % of the samples are lost in gaps of one
-        to a dozen samples, and one sample is beyond the limit.
+    inputs : ndarray, shape (2, N, 6)
+        A walk and noise, rates and forces; 2 % of the samples lost, in gaps of one to a dozen, one
+        beyond the limit.
     interval_s : ndarray, shape (2, N)
         Regular for the walk, with jitter for the noise.
     """
     rng = np.random.default_rng(0)
     rate_hz = checkpoint.model.sampling_rate_hz
-    seconds = 1.0 + checkpoint.start_up.duration_s + _AFTER_S
+    tracked = checkpoint.tracker is not None
+    seconds = _TRACKED_S if tracked else checkpoint.start_up.duration_s + _AFTER_S
     n_samples = min(round(seconds * rate_hz), _MOST_SAMPLES)
     interval_s = np.full((2, n_samples), 1.0 / rate_hz)
     interval_s[1] *= 1.0 + 0.3 * rng.uniform(-1.0, 1.0, n_samples)
-    time_s = np.cumsum(interval_s, axis=1)
-    phase = 2.0 * np.pi * 0.9 * time_s[0, :, None]
-    axis_rates = 0.02 * rng.normal(size=(2, n_samples, 3))
-    swing = [2.0, 0.4, 0.7] * np.cos(phase) + [0.8, 0.3, 0.2] * np.cos(2 * phase + [0.5, 1.0, 2.0])
-    axis_rates[0] += np.where(time_s[0, :, None] < 1.0, 0.0, swing)
-    axis_rates[1] += rng.normal(size=(n_samples, 3))
-    axis_rates[rng.random((2, n_samples)) < _LOST] = np.nan
+    inputs = 0.02 * rng.normal(size=(2, n_samples, 6))
+    inputs[0] += walk(np.arange(n_samples) / rate_hz)
+    inputs[1, :, :3] += rng.normal(size=(n_samples, 3))
+    inputs[1, :, 3:] += np.array([0.5, -0.3, 9.7]) + rng.normal(size=(n_samples, 3))
+    inputs[rng.random((2, n_samples)) < _LOST] = np.nan
     for begin in rng.integers(n_samples, size=4):
-        axis_rates[:, begin : begin + rng.integers(2, 13)] = np.nan
-    axis_rates[:, n_samples // 2, 1] = 1e30
-    return axis_rates, interval_s
+        inputs[:, begin : begin + rng.integers(2, 13)] = np.nan
+    inputs[:, n_samples // 2, 1] = 1e30
+    return inputs, interval_s
 
 
 def largest_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> float:
@@ -75,65 +113,23 @@ def largest_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> 
         Largest difference of an angle, rad, over `signals` from an unknown and a known start; NaN
         if an angle is missing in only one of the two.
     """
-    axis_rates: FloatArray
+    method = checkpoint.method()
+    inputs: FloatArray
     interval_s: FloatArray
-    axis_rates, interval_s = (np.asarray(part, dtype) for part in signals(checkpoint))
+    inputs, interval_s = (np.asarray(part, dtype) for part in signals(checkpoint))
+    inputs = np.ascontiguousarray(inputs[..., : 6 if method.needs_accelerometer else 3])
     worst = 0.0
     starts: tuple[FloatArray | None, ...] = (None, _STARTS.astype(dtype))
     for start in starts:
         stream = OrientationStream(
-            checkpoint.method(),
-            checkpoint.model.sampling_rate_hz,
-            n_sensors=2,
-            initial_angles_rad=start,
+            method, checkpoint.model.sampling_rate_hz, n_sensors=2, initial_angles_rad=start
         )
         times = np.cumsum(interval_s.astype(np.float64), axis=1)
-        expected = stream.update_block(axis_rates, times).angles_rad
-        difference = np.abs(run(axis_rates, interval_s, start) - expected)
+        expected = stream.update_block(inputs, times).angles_rad
+        difference = np.abs(run(inputs, interval_s, start) - expected)
         if (np.isnan(difference) != np.isnan(expected)).any():
             return float("nan")
         worst = max(worst, float(np.nanmax(difference)))
-    return worst
-
-
-def tracked_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> float:
-    """Compare an export with a tracker, which has a fixed sampling rate, with the package.
-
-    Parameters
-    ----------
-    checkpoint : Checkpoint
-        The exported network.
-    run : callable
-        Runs the export; the intervals are ignored.
-    dtype : type
-        Type of its numbers.
-
-    Returns
-    -------
-    float
-        As `largest_difference_rad`.
-    """
-    axis_rates, interval_s = signals(checkpoint)
-    axis_rates[np.abs(axis_rates) > 1e3] = np.nan
-    force = np.array([0.5, -0.3, 9.7]) + 0.3 * axis_rates
-    worst = 0.0
-    starts: tuple[FloatArray | None, ...] = (None, _STARTS.astype(dtype))
-    for start in starts:
-        poses = (None, None) if start is None else start
-        given: FloatArray = np.concatenate([axis_rates, force], axis=2).astype(dtype)
-        n_inputs = 6 if checkpoint.tracker and checkpoint.tracker.aided else 3
-        found = run(np.ascontiguousarray(given[..., :n_inputs]), interval_s, start)
-        for sensor, pose in enumerate(poses):
-            rates, forces = np.split(given[sensor].astype(np.float64), 2, axis=1)
-            known = None if pose is None else np.asarray(pose, np.float64)
-            rate_hz = checkpoint.model.sampling_rate_hz
-            expected = checkpoint.method().estimate(
-                SegmentSignals("segment", rate_hz, rates, forces, known)
-            )
-            difference = np.abs(found[sensor] - expected)
-            if (np.isnan(difference) != np.isnan(expected)).any():
-                return float("nan")
-            worst = max(worst, float(np.nanmax(difference)))
     return worst
 
 

@@ -15,15 +15,12 @@ import narx.export.torchscript as torchscript
 from narx.errors import UserError
 from narx.export.clocked import ClockedRecurrence
 from narx.export.identity import identity
-from narx.export.tracked import ExportedTracked
-from narx.export.tracked_run import run_tracked
 from narx.export.verification import (
+    SIGNALS,
     TOLERANCE_RAD,
-    TRACKED_TOLERANCE_RAD,
     Runner,
     largest_difference_rad,
     refuse_above_tolerance,
-    tracked_difference_rad,
 )
 from narx.files import atomic_path
 from narx.inference.checkpoint import Checkpoint
@@ -57,7 +54,7 @@ def write(
     format : {"torchscript", "torch_export", "onnx", "c"}
         See docs/export.md.
     precision : {"double", "float"}, optional
-        Type of all numbers; by default float for C without a tracker, otherwise double.
+        Type of all numbers; by default float in C, double elsewhere.
     verify : bool
         Whether to verify the export; if not, its identity states that it was not verified.
 
@@ -76,8 +73,7 @@ def write(
     if format not in get_args(Format):
         raise UserError(f"format is '{format}', expected one of {', '.join(get_args(Format))}")
     if precision is None:
-        plain_c = format == "c" and checkpoint.tracker is None
-        precision = "float" if plain_c else "double"
+        precision = "float" if format == "c" else "double"
     if precision not in get_args(Precision):
         raise UserError(
             f"precision is '{precision}', expected one of {', '.join(get_args(Precision))}"
@@ -88,24 +84,17 @@ def write(
             f"output is '{target}', expected a name ending in {suffix} for format={format}"
         )
     checkpoint.check()
-    tracked = checkpoint.tracker is not None
-    if tracked and format != "c" and precision != "double":
-        raise UserError(
-            f"precision=float of a network with a tracker is for format=c; format={format} is "
-            "float64, expected precision=double"
-        )
     about = {**identity(checkpoint, format, precision), "verification": None}
     built = _build(checkpoint, format, precision)
     if verify:
         run = _runner(checkpoint, format, built)
-        compare = tracked_difference_rad if tracked else largest_difference_rad
-        difference = compare(checkpoint, run, _NUMPY[precision])
-        tolerance = (TRACKED_TOLERANCE_RAD if tracked else TOLERANCE_RAD)[precision]
+        difference = largest_difference_rad(checkpoint, run, _NUMPY[precision])
+        tolerance = TOLERANCE_RAD[precision]
         refuse_above_tolerance(difference, tolerance, format)
         about["verification"] = {
             "largest_difference_rad": difference,
             "tolerance_rad": tolerance,
-            "signals": "a walk and noise with losses, known and unknown start",
+            "signals": SIGNALS,
         }
     files = _stamped(built, format, target, json.dumps(about, allow_nan=False))
     # the requested file is written last
@@ -123,8 +112,7 @@ def _build(checkpoint: Checkpoint, export_format: str, precision: str) -> _Built
     if export_format == "c":
         return c.build(checkpoint, precision)
     if export_format == "torchscript":
-        kind = torchscript.ScriptedNarx if checkpoint.tracker is None else ExportedTracked
-        return torchscript.build(kind(checkpoint), _TORCH[precision])
+        return torchscript.build(checkpoint, _TORCH[precision])
     if export_format == "torch_export":
         return torch_export.build(checkpoint, _TORCH[precision])
     return onnx.build(checkpoint, _TORCH[precision])
@@ -142,17 +130,14 @@ def _stamped(built: _Built, export_format: str, target: Path, about: str) -> dic
 def _runner(checkpoint: Checkpoint, export_format: str, built: _Built) -> Runner:
     def run(rates: FloatArray, interval_s: FloatArray, start: FloatArray | None) -> FloatArray:
         if isinstance(built, dict):
-            intervals = interval_s if checkpoint.tracker is None else None
-            return c.run(c.stamped(built, "narx", ""), rates, intervals, start)
-        if checkpoint.tracker is not None:
-            return run_tracked(checkpoint, export_format, built, rates, start)
+            return c.run(c.stamped(built, "narx", ""), rates, interval_s, start)
         signals = torch.from_numpy(rates), torch.from_numpy(interval_s)
         if export_format == "torchscript":
             known = None if start is None else torch.from_numpy(start)
             return np.asarray(torchscript.run(built, *signals, known))
-        poses = torch.zeros_like(signals[0][:, 0]) if start is None else torch.from_numpy(start)
+        poses = torch.zeros_like(signals[0][:, 0, :3]) if start is None else torch.from_numpy(start)
         flag = torch.full_like(poses[:, :1], 0.0 if start is None else 1.0)
-        state = ClockedRecurrence(checkpoint).start(poses, flag)
+        state = ClockedRecurrence(checkpoint).to(poses.dtype).start(poses, flag)
         module = torch_export if export_format == "torch_export" else onnx
         return np.asarray(module.run(built, *signals, state))
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
-from narx.kernels.limits import COS_FRONTAL_MIN
+from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
 
 # columns of the clock's state: whether there has been a sample, time since the latest one, time
 # from the newest tick to that sample, and the latest time stamp, s
@@ -23,8 +23,8 @@ ARRIVED, AFTER_PAUSE, MISSING, STARTING = 0, 1, 2, 3
 def usable(sample: Any, limit: float) -> bool:
     """Return whether a sample is not missing."""
     for c in range(len(sample)):  # noqa: SIM110 - the compiler has no generators
-        # negated, so that NaN counts as missing
-        if not abs(sample[c]) <= (limit if c < 3 else LARGEST):
+        # NaN is not below the limit either
+        if not abs(sample[c]) <= (limit if c < 3 else FORCE_LIMIT_M_S2):
             return False
     return True
 
@@ -50,6 +50,12 @@ def passed_s(stamps: Any, b: int, k: int, interval: float, clock: Any) -> float:
 
 
 @compiled(**EXACT_INNER)
+def longest_pause(interval: float, max_gap: float, lost_most: int) -> float:
+    """Time without a sample that is as good as any longer one."""
+    return float(max(2.0 * max_gap, (lost_most + 2) * interval))
+
+
+@compiled(**EXACT_INNER)
 def arrive(
     sample: Any,
     passed: float,
@@ -66,9 +72,8 @@ def arrive(
     the last of these to the sample; and the time since the previous sample.
     """
     if passed > 0.0:
-        # limited, since any pause beyond the maximum has the same effect
-        most = max(2.0 * max_gap, (lost_most + 2) * interval)
-        clock[SINCE] = min(clock[SINCE] + passed, most)
+        # an endless pause is as good as one a little too long
+        clock[SINCE] = min(clock[SINCE] + passed, longest_pause(interval, max_gap, lost_most))
     if not passed > 0.0 or not usable(sample, limit):
         return MISSING, 0, 0, 0.0, 0.0
     since = clock[SINCE]

@@ -2,3 +2,5 @@
 
 # smallest magnitude of the frontal angle's cosine: a segment lying sideways has no flexion axis
 COS_FRONTAL_MIN = 0.1
+# no accelerometer worn on a leg measures more (200 g); beyond is a fault
+FORCE_LIMIT_M_S2 = 2000.0

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from narx.export import c, write
+from narx.export.neurons import merged_neurons, physical_weights
 from narx.inference.stream import OrientationStream
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
@@ -106,9 +107,9 @@ def test_header_serves_c_plus_plus(checkpoint, tmp_path):
 
 
 def test_neurons_that_are_the_same_become_one(checkpoint):
-    w1, b1, w2, b2 = c.physical_weights(checkpoint)
+    w1, b1, w2, b2 = physical_weights(checkpoint)
     doubled = np.vstack([w1, w1 * (1 + 1e-4)]), np.tile(b1, 2) * (1 + 1e-4), np.tile(w2 / 2, 2), b2
-    merged = c.merged_neurons(*doubled)
+    merged = merged_neurons(*doubled, 1e-3)
     assert len(merged[2]) == len(w2)
     features = np.random.default_rng(0).normal(size=(50, w1.shape[1]))
 
@@ -116,5 +117,5 @@ def test_neurons_that_are_the_same_become_one(checkpoint):
         return np.tanh(features @ w1.T + b1) @ w2 + b2
 
     np.testing.assert_allclose(answer(*merged), answer(*doubled), rtol=0, atol=1e-7)
-    for part, whole in zip(c.merged_neurons(w1, b1, w2, b2), (w1, b1, w2, b2), strict=True):
+    for part, whole in zip(merged_neurons(w1, b1, w2, b2, 1e-3), (w1, b1, w2, b2), strict=True):
         np.testing.assert_allclose(part, whole)

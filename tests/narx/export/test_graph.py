@@ -57,9 +57,10 @@ def test_pieces_of_several_sensors_equal_the_package(
     several = np.stack([rates, rates[::-1], np.roll(rates, 30, axis=0)]).astype(dtype)
     starts = np.array([[0.3, -0.1, 0.2], [0.0, 0.0, 0.0], [-0.2, 0.1, 0.0]], dtype)
     intervals = np.full(several.shape[:2], 0.04, dtype)
-    state = np.tile(np.array(about["start_state"], dtype), (3, 1))
-    state[:, about["known_start"]["angles_at"]] = starts
-    state[:, about["known_start"]["one_at"]] = 1.0
+    known = about["known_start"]
+    state = np.tile(np.array(known["state"], dtype), (3, 1))
+    for axis, at in enumerate(known["angles_at"]):
+        state[:, at] = starts[:, axis, None]
     stream = OrientationStream(checkpoint.method(), 25.0, n_sensors=3, initial_angles_rad=starts)
     for piece, passed in zip(
         np.split(several, [1, 2, 20, 100], axis=1),

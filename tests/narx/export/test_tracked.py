@@ -1,6 +1,7 @@
 """Every form of a network with its tracker beside the package's compiled one."""
 
-import json
+import io
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +9,14 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-from narx.export import read_identity, write
-from narx.export.graph import program
-from narx.export.tracked import ExportedTracked
+from narx.export import c, read_identity, torchscript, verification, write
+from narx.export.clocked import ClockedRecurrence
+from narx.export.torchscript import ScriptedNarx
+from narx.export.tracker_numbers import between_samples
 from narx.inference.checkpoint import Checkpoint
+from narx.inference.pretrained import pretrained
+from narx.inference.stream import OrientationStream, Quality
 from narx.inference.tracker import PostureTracker
-from narx.inference.tracking import Tracking
 from narx.kinematics.segment_angles import axis_rates, orientation_from_angles
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
@@ -69,85 +72,136 @@ def inputs():
     return both
 
 
-def expected(checkpoint, inputs, start):
-    tracking = Tracking(checkpoint.tracker, checkpoint.model, start)
-    tracked = tracking.follow(inputs[:, :3].copy(), inputs[:, 3:].copy())
-    return tracked.angles_rad, tracking.packed, tracked
-
-
 def of(checkpoint, inputs):
     return np.ascontiguousarray(inputs if checkpoint.tracker.aided else inputs[:, :3])
 
 
-def run(step, state, inputs):
-    angles = []
-    with torch.no_grad():
-        for sample in torch.from_numpy(inputs):
-            one, state = step(sample, state)
-            angles.append(one.numpy())
-    return np.array(angles), state.numpy()
+def expected(checkpoint, inputs, interval_s, start):
+    stream = OrientationStream(checkpoint.method(), RATE_HZ, initial_angles_rad=start)
+    return stream.update_block(of(checkpoint, inputs), np.cumsum(interval_s))
 
 
-@pytest.mark.parametrize("start", STARTS.values(), ids=STARTS)
-def test_step_equals_the_package_state_and_all(checkpoint, inputs, start):
-    narx = ExportedTracked(checkpoint)
-    angles, state, tracked = expected(checkpoint, inputs, start)
+@pytest.fixture(scope="module", params=["regular", "jitter"])
+def interval_s(request, inputs):
+    share = 0.3 if request.param == "jitter" else 0.0
+    spread = share * np.random.default_rng(1).uniform(-1.0, 1.0, len(inputs))
+    return (1.0 + spread) / RATE_HZ
+
+
+def test_torch_form_equals_the_package(checkpoint, inputs, interval_s):
+    narx = ClockedRecurrence(checkpoint)
+    both = [expected(checkpoint, inputs, interval_s, start) for start in STARTS.values()]
     # the recording goes through what there is: both ways to carry the angle, a gap, a new posture
-    assert tracked.by_network.any()
-    assert not tracked.by_network[100:].all()
-    begun = narx.start(None if start is None else torch.from_numpy(start))
-    assert begun.shape == (narx.state_size,)
-    for step in (narx.step, narx.one_step):
-        found, after = run(step, begun, of(checkpoint, inputs))
-        np.testing.assert_allclose(found, angles, atol=1e-10, rtol=0)
-        np.testing.assert_allclose(after, state, atol=1e-8, rtol=0)
-    whole = narx(
-        torch.from_numpy(of(checkpoint, inputs[:100])), None if start is None else begun[:3]
+    quality = both[0].quality
+    assert {Quality.GOOD, Quality.MISSING, Quality.AFTER_PAUSE, Quality.STARTING} == set(quality)
+    state = narx.start(
+        torch.tensor(np.stack([np.zeros(3), STARTS["known"]])), torch.tensor([[0.0], [1.0]])
     )
-    np.testing.assert_array_equal(whole.numpy(), found[:100])
+    scripted = ScriptedNarx(checkpoint)
+    angles, std = [], []
+    with torch.no_grad():
+        for sample, interval in zip(of(checkpoint, inputs), interval_s, strict=True):
+            one, state = scripted.step(
+                torch.from_numpy(sample).expand(2, -1), state, torch.tensor([interval, interval])
+            )
+            angles.append(one.numpy())
+            std.append(np.sqrt(narx.recurrence.variances(state).numpy()))
+    for at, estimate in enumerate(both):
+        found = np.array(angles)[:, at]
+        np.testing.assert_allclose(found, estimate.angles_rad, atol=1e-9, rtol=0)
+        there = quality != Quality.MISSING
+        scale = np.array(checkpoint.tracker.std_scale)
+        np.testing.assert_allclose(
+            np.array(std)[there, at] * scale, estimate.std_rad[there], rtol=1e-6
+        )
 
 
 @pytest.mark.parametrize(
-    ("precision", "dtype", "atol_rad"), [("double", np.float64, 1e-10), ("float", np.float32, 0.01)]
+    ("precision", "dtype", "atol_rad"), [("double", np.float64, 1e-9), ("float", np.float32, 1e-4)]
 )
 def test_c_equals_the_package(checkpoint, inputs, in_c, precision, dtype, atol_rad):
     step = in_c(checkpoint, precision, dtype)
+    interval_s = np.full(len(inputs), 1.0 / RATE_HZ)
     for start in STARTS.values():
-        angles, _, _ = expected(checkpoint, inputs, start)
+        angles = expected(checkpoint, inputs.astype(dtype), interval_s, start).angles_rad
         found = step(of(checkpoint, inputs), start)
         np.testing.assert_allclose(found, angles, atol=atol_rad, rtol=0)
 
 
-@pytest.mark.parametrize("checkpoint", ["gyroscope", "aided"], indirect=True)
-def test_torchscript_and_torch_export_hold_the_same_step(checkpoint, inputs, tmp_path):
-    narx, short = ExportedTracked(checkpoint), of(checkpoint, inputs[50:200])
-    angles, _ = run(narx.step, narx.start(), short)
-    write(checkpoint, tmp_path / "narx.pt")
-    script = torch.jit.load(tmp_path / "narx.pt")
-    np.testing.assert_allclose(run(script.step, script.start(), short)[0], angles, atol=1e-12)
-    step = program(checkpoint, torch.float64).module()
-    np.testing.assert_allclose(run(step, narx.start(), short)[0], angles, atol=1e-12)
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
+def test_float_holds_over_an_hour_of_walking():
+    checkpoint, rng = pretrained(), np.random.default_rng(5)
+    pieces, n = [], 360_000
+    while sum(map(len, pieces)) < n:
+        time_s = np.arange(round(rng.uniform(20.0, 180.0) * 100.0)) / 100.0
+        pieces.append(verification.walk(time_s)[:, :3] * rng.uniform(0.7, 1.2))
+    rates = np.concatenate(pieces)[None, :n] + 0.02 * rng.normal(size=(1, n, 3))
+    rates[rng.random((1, n)) < 0.02] = np.nan
+    rates, interval_s = rates.astype(np.float32), np.full((1, n), 0.01, np.float32)
+    found = c.run(c.stamped(c.build(checkpoint, "float"), "narx", ""), rates, interval_s, None)
+    stream = OrientationStream(checkpoint.method(), 100.0, n_sensors=1)
+    angles = stream.update_block(rates).angles_rad
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(angles))
+    # with the covariance of the angles themselves: 6e-3 rad of heading
+    assert np.nanmax(np.abs(found - angles)) < 1e-4
 
 
-@pytest.mark.parametrize("checkpoint", ["gyroscope", "aided"], indirect=True)
-def test_onnx_holds_the_same_step(checkpoint, inputs, tmp_path):
-    runtime = pytest.importorskip("onnxruntime")
-    pytest.importorskip("onnxscript")
-    write(checkpoint, tmp_path / "narx.onnx", "onnx")
-    session = runtime.InferenceSession(tmp_path / "narx.onnx")
-    told = json.loads(session.get_modelmeta().custom_metadata_map["narx"])
-    assert told == read_identity(tmp_path / "narx.onnx")
-    state, short = np.array(told["known_start_state"]), of(checkpoint, inputs[50:150])
-    angles, _ = run(ExportedTracked(checkpoint).step, torch.from_numpy(state), short)
-    found = []
-    for sample in short:
-        one, state = session.run(None, {"axis_rates": sample, "state": state})
-        found.append(one)
-    np.testing.assert_allclose(found, angles, atol=1e-10, rtol=0)
+@pytest.mark.parametrize("precision", ["double", "float"])
+@pytest.mark.parametrize("at", [0, 300])
+def test_no_input_leaves_nan(inputs, precision, at):
+    checkpoint = CHECKPOINTS["aided"]
+    dtype = {"double": np.float64, "float": np.float32}[precision]
+    signal, rng = inputs[None].astype(dtype), np.random.default_rng(2)
+    for value in (3e38, -3e38, 1e30, np.inf, -np.inf, np.nan, 1e-40):
+        signal[0, at + rng.integers(40), rng.integers(6)] = value
+    interval_s = np.full(signal.shape[:2], 1.0 / RATE_HZ, dtype)
+    script = torch.jit.load(
+        io.BytesIO(torchscript.build(checkpoint, getattr(torch, np.dtype(dtype).name)))
+    )
+    state, later = script.start(), torch.from_numpy(signal[0, at : at + 60])
+    with torch.no_grad():
+        for sample in later:
+            _, state = script.step(sample, state)
+    assert torch.isfinite(state).all()
+    assert (script.clocked.recurrence.variances(state) > 0.0).all()
+    if shutil.which("gcc"):
+        found = c.run(
+            c.stamped(c.build(checkpoint, precision), "narx", ""), signal, interval_s, None
+        )
+        assert np.isfinite(found[0, -100:]).all()
+
+
+@pytest.mark.parametrize(
+    ("time_s", "rate_hz"), [(0.5, 100.0), (2.5, 100.0), (1.5, 25.0), (0.3, 7.0)]
+)
+def test_times_are_compared_between_two_samples(time_s, rate_hz):
+    sums = np.cumsum(np.full(1000, 1.0 / rate_hz))
+    counts = np.arange(1, 1001) / np.float32(rate_hz)
+    np.testing.assert_array_equal(
+        counts > between_samples(time_s, 1.0 / rate_hz, above=True), sums > time_s
+    )
+    np.testing.assert_array_equal(
+        counts < between_samples(time_s, 1.0 / rate_hz, above=False), sums < time_s
+    )
+
+
+@pytest.mark.parametrize("name", ["torchscript", "torch_export", "onnx"])
+@pytest.mark.parametrize("precision", ["double", "float"])
+@pytest.mark.slow
+def test_every_format_in_both_precisions(name, precision, tmp_path):
+    if name == "onnx":
+        for library in ("onnx", "onnxscript", "onnxruntime"):
+            pytest.importorskip(library)
+    path = tmp_path / {"torch_export": "narx.pt2"}.get(name, "narx.bin")
+    about = write(CHECKPOINTS["aided"], path, name, precision)
+    assert about == read_identity(path)
+    tolerance_rad = {"double": 1e-9, "float": 1e-4}[precision]
+    assert 0.0 < about["verification"]["largest_difference_rad"] < tolerance_rad
 
 
 def test_a_network_that_cannot_be_tracked_is_refused():
     good = CHECKPOINTS["gyroscope"]
     axis_by_axis = Narx(RATE_HZ, good.model.normalisation, coupled=False)
     with pytest.raises(Exception, match=r"model\.coupled=true"):
-        ExportedTracked(replace(good, model=axis_by_axis))
+        ClockedRecurrence(replace(good, model=axis_by_axis))

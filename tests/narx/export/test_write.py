@@ -79,9 +79,13 @@ def test_no_file_where_the_export_is_another_method(checkpoint, tmp_path, monkey
 
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 def test_it_is_tried_on_what_may_come(checkpoint):
-    rates, interval_s = verification.signals(checkpoint)
+    inputs, interval_s = verification.signals(checkpoint)
+    rates = inputs[..., :3]
     missing = np.isnan(rates).any(axis=2)
     assert 0.01 < missing.mean() < 0.2
+    # the walk is one: the angles come back to where they were, with the turn and the slip
+    turned = np.nancumsum(np.where(np.abs(rates[0]) < 30.0, rates[0], np.nan), axis=0) / 25.0
+    assert 0.3 < np.ptp(turned[:, 0]) < 2.0
     assert np.nanmax(rates) > 1e20
     assert np.ptp(interval_s[0]) == 0.0
     assert np.ptp(interval_s[1]) > 0.01

@@ -1,19 +1,14 @@
-/* ${title}: see the header. ISO C99, needs the standard math library alone. */
-#include "${header}"
-
-#include <math.h>
-#include <string.h>
-
 #define N NARX_STATES
 #define AIDED (NARX_INPUTS == 6)
 enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 
 #define PI ${pi}
-#define INTERVAL_S ${interval}
+#define HEADING_STEP 2
+#define LONGEST_GAP_S ${longest_gap_s}
 #define LEAK_RAD_S ${leak}
 #define ANGLE_NOISE ${angle_noise}
 #define RATE_NOISE ${rate_noise}
-#define CENTRE_DECAY ${centre_decay}
+#define CENTRE_LOSS ${centre_loss} /* 1 - decay: of a number close to one float has few digits */
 #define CENTRE_NOISE ${centre_noise}
 #define BIAS_NOISE ${bias_noise}
 #define START_VARIANCE ${start_variance}
@@ -37,11 +32,8 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define MOST_BIAS_SQUARE ${most_bias_square}
 #define VELOCITY_NOISE ${velocity_noise}
 #define SPEED ${speed}
-#define RATE_SCALE ${rate_scale}
-#define ANGLE_SCALE ${angle_scale}
-#define SMALLEST_COS_FRONTAL ${smallest_cos_frontal}
 
-#define HIDDEN ${hidden}
+#define HIDDEN ${hidden} /* neurons that were the same are one */
 #define PAST_INPUTS ${past_inputs}
 
 static const narx_real CYCLE_VARIANCE[3] = {${cycle_variance}};
@@ -53,128 +45,52 @@ static const narx_real X_START[N] = {${x_start}};
 static const narx_real UNKNOWN_VARIANCE[N] = {${unknown_variance}};
 static const narx_real KNOWN_VARIANCE[N] = {${known_variance}};
 
-/* columns: present and past inputs, past outputs, newest first */
+/* columns: present and past rates, past deviations, newest first; scales are in the weights */
 static const narx_real W1[HIDDEN][1 + PAST_INPUTS + NARX_PAST_ANGLES] = {
 ${w1}
 };
-static const narx_real B1[HIDDEN] = {${b1}};
 static const narx_real W2[HIDDEN] = {${w2}};
-static const narx_real B2 = ${b2};
 
 static narx_real square(narx_real value)
 {
     return value * value;
 }
 
-/* Covariance times direction; returns the variance of direction . x. */
-static narx_real spread_of(const narx_state *s, const narx_real direction[N], narx_real spread[N])
-{
-    narx_real total = 0;
-    int i, j;
-    memset(spread, 0, N * sizeof spread[0]);
-    for (i = 0; i < N; i++)
-        if (direction[i] < 0 || direction[i] > 0)
-            for (j = 0; j < N; j++)
-                spread[j] += direction[i] * s->covariance[i][j];
-    for (i = 0; i < N; i++)
-        total += spread[i] * direction[i];
-    return total;
-}
-
-/* Kalman update by one number: residual = measured - direction . x. */
-static void measure(narx_state *s, const narx_real direction[N], narx_real variance,
-                    narx_real residual)
-{
-    narx_real spread[N];
-    const narx_real total = spread_of(s, direction, spread) + variance;
-    int i, j;
-    for (i = 0; i < N; i++) {
-        const narx_real gain = spread[i] / total;
-        s->x[i] += gain * residual;
-        for (j = 0; j < N; j++)
-            s->covariance[i][j] -= gain * spread[j];
-    }
-}
-
-static void measure_state(narx_state *s, int at, narx_real variance, narx_real residual)
-{
-    narx_real direction[N];
-    memset(direction, 0, sizeof direction);
-    direction[at] = 1;
-    measure(s, direction, variance, residual);
-}
-
-/* Carries the covariance over one sample: x <- (1 + change) x, two centres times decay. */
-static void propagate(narx_state *s, const narx_real change[5][N], narx_real decay)
-{
-    static const int ROW[5] = {0, 1, 2, VELOCITY, VELOCITY + 1};
-    const int rows = AIDED ? 5 : 3;
-    narx_real moved[5][N];
-    int i, j, k;
-    for (i = CENTRE; i < CENTRE + 2; i++) {
-        for (j = 0; j < N; j++)
-            s->covariance[i][j] *= decay;
-        for (j = 0; j < N; j++)
-            s->covariance[j][i] *= decay;
-    }
-    memset(moved, 0, sizeof moved);
-    for (i = 0; i < rows; i++)
-        for (k = 0; k < N; k++)
-            if (change[i][k] < 0 || change[i][k] > 0)
-                for (j = 0; j < N; j++)
-                    moved[i][j] += change[i][k] * s->covariance[k][j];
-    for (i = 0; i < rows; i++) {
-        for (j = 0; j < N; j++) {
-            s->covariance[ROW[i]][j] += moved[i][j];
-            s->covariance[j][ROW[i]] += moved[i][j];
-        }
-        for (j = 0; j < rows; j++)
-            for (k = 0; k < N; k++)
-                s->covariance[ROW[i]][ROW[j]] += moved[i][k] * change[j][k];
-    }
-}
-
+${covariance}
 static narx_real network(const narx_state *s, int axis, narx_real rate, narx_real about)
 {
-    narx_real output = B2;
+    narx_real output = about, past[NARX_PAST_ANGLES];
     int h, k;
+    for (k = 0; k < NARX_PAST_ANGLES; k++)
+        past[k] = s->past[axis][k] - about;
     for (h = 0; h < HIDDEN; h++) {
-        narx_real sum = B1[h] + W1[h][0] * (rate / RATE_SCALE);
+        narx_real sum = W1[h][0] * rate;
         for (k = 0; k < PAST_INPUTS; k++)
-            sum += W1[h][1 + k] * (s->rates[axis][k] / RATE_SCALE);
+            sum += W1[h][1 + k] * s->rates[axis][k];
         for (k = 0; k < NARX_PAST_ANGLES; k++)
-            sum += W1[h][1 + PAST_INPUTS + k] * ((s->past[axis][k] - about) / ANGLE_SCALE);
-        output += W2[h] * tanh${f}(sum);
+            sum += W1[h][1 + PAST_INPUTS + k] * past[k];
+        output += W2[h] * hyperbolic_tangent(sum);
     }
-    return output * ANGLE_SCALE + about;
+    return output;
 }
 
 /* Carries the angles over one sample; returns the turn rate. */
-static narx_real advance(narx_state *s, const narx_real own[3], narx_real *cos_frontal)
+static narx_real carry(narx_state *s, const narx_real own[3], narx_real *cos_frontal)
 {
     narx_real tilt[2], rates[3];
     int axis, k;
     for (axis = 0; axis < 2; axis++) {
         const narx_real *const past = s->past[axis];
         tilt[axis] =
-            NARX_PAST_ANGLES > 1 ? 2 * past[0] - past[NARX_PAST_ANGLES > 1] : past[0];
+            NARX_PAST_ANGLES > 1 ? past[0] + past[0] - past[NARX_PAST_ANGLES > 1] : past[0];
     }
-    {
-        const narx_real sin_s = sin${f}(tilt[0]), cos_s = cos${f}(tilt[0]);
-        narx_real cos_f = cos${f}(tilt[1]);
-        if (fabs${f}(cos_f) < SMALLEST_COS_FRONTAL)
-            cos_f = cos_f < 0 ? -SMALLEST_COS_FRONTAL : SMALLEST_COS_FRONTAL;
-        rates[2] = (own[2] * cos_s - own[1] * sin_s) / cos_f;
-        rates[1] = own[1] * cos_s + own[2] * sin_s;
-        rates[0] = own[0] - sin${f}(tilt[1]) * rates[2];
-        *cos_frontal = cos_f;
-    }
+    *cos_frontal = rates_of_angles(own, tilt, rates);
     s->turn += TURN_GAIN * (rates[2] - s->turn);
     for (axis = 0; axis < 3; axis++) {
         const narx_real lean = axis == 1 ? s->x[LEAN] * s->turn : 0;
         s->x[axis] = s->by_network
                          ? network(s, axis, rates[axis], s->x[CENTRE + axis] + lean)
-                         : s->past[axis][0] + INTERVAL_S * (rates[axis] + s->rates[axis][0]) / 2;
+                         : s->past[axis][0] + HALF_INTERVAL_S * (rates[axis] + s->rates[axis][0]);
         for (k = NARX_PAST_RATES - 1; k > 0; k--)
             s->rates[axis][k] = s->rates[axis][k - 1];
         s->rates[axis][0] = rates[axis];
@@ -211,56 +127,74 @@ static void learn_from_swing(narx_state *s)
     narx_real doubt = 1 + (square(s->x[0] - s->before[0]) + square(s->x[1] - s->before[1])) /
                               RETURN_VARIANCE;
     int axis;
-    doubt += s->period_s > 0 ? square((s->since_s / s->period_s - 1) / PERIOD_SHARE) : 3;
+    doubt += s->period_s > 0 ? square((s->swing_s / s->period_s - 1) / PERIOD_SHARE) : 3;
     if (fabs${f}(turn) > TURN_LEAST)
-        s->covariance[CENTRE + 2][CENTRE + 2] += square(turn * s->since_s);
+        widen_posture(s, 2, square(turn * s->swing_s));
     for (axis = 0; axis < 3; axis++) {
-        narx_real direction[N], spread[N], residual, excess;
-        const narx_real variance = CYCLE_VARIANCE[axis] * doubt;
-        memset(direction, 0, sizeof direction);
-        direction[axis] = 1;
-        direction[CENTRE + axis] = -1;
+        const narx_real variance = CYCLE_VARIANCE[axis] * doubt, lean = axis == 1 ? -turn : 0;
+        narx_real spread[N], residual, excess;
         residual = s->x[CENTRE + axis] - s->sum_angles[axis] / s->samples;
-        if (axis == 1) {
-            direction[LEAN] = -turn;
-            residual += s->x[LEAN] * turn;
-        }
-        excess = square(residual) / (OUTLIER * (spread_of(s, direction, spread) + variance));
+        residual -= s->x[LEAN] * lean;
+        excess = square(residual) / (OUTLIER * (spread_of(s, axis, lean, spread) + variance));
         if (excess <= 1) {
             s->odd[axis] = 0;
         } else if (s->odd[axis] * residual > 0) {
             const narx_real share = EARLY / (EARLY + s->trust);
             s->covariance[axis][axis] += square(residual) * share;
-            s->covariance[CENTRE + axis][CENTRE + axis] += square(residual) * (1 - share);
+            widen_posture(s, axis, square(residual) * (1 - share));
             s->odd[axis] = 0;
         } else {
             s->odd[axis] = residual < 0 ? -1 : 1;
             continue;
         }
-        measure(s, direction, variance, residual);
+        {
+            const narx_real total = spread_of(s, axis, lean, spread) + variance;
+            update(s, spread, total, residual);
+        }
     }
     s->trust += 1 / doubt;
 }
 
+/* Keeps the heading small, so that it has its digits after many turns; the step is exact. */
+static void shift_heading(narx_state *s, narx_real step)
+{
+    int k;
+    s->x[2] -= step;
+    s->x[CENTRE + 2] -= step;
+    for (k = 0; k < NARX_PAST_ANGLES; k++)
+        s->past[2][k] -= step;
+    s->sum_angles[2] -= s->samples * step;
+    s->heading += step;
+}
+
+/* Takes a small share off; what rounding leaves of it is kept for the next time. */
+static void lose_share(narx_real *value, narx_real *lower, narx_real share)
+{
+    const narx_real change = *lower - *value * share, sum = *value + change;
+    *lower = change - (sum - *value);
+    *value = sum;
+}
+
 static void after_gap(narx_state *s)
 {
-    const narx_real whole = s->missing_s < 1 ? s->missing_s : 1;
+    const narx_real whole = s->missing_s < LONGEST_GAP_S ? s->missing_s : LONGEST_GAP_S;
     int axis;
     for (axis = 0; axis < 3; axis++) {
         s->covariance[axis][axis] += START_VARIANCE * square(whole);
         s->sum_angles[axis] = 0;
     }
     s->missing_s = s->swing = s->high = s->low = 0;
-    s->since_s = s->period_s = s->samples = s->sum_turn = 0;
+    s->swing_s = s->period_s = s->samples = s->sum_turn = 0;
     s->rising = 0;
     s->idle_s = IDLE_MOST_S;
 }
 
-static void estimate(narx_state *s, const narx_real inputs[NARX_INPUTS])
+static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
 {
-    const narx_real decay = s->known ? 1 : CENTRE_DECAY;
-    narx_real own[3], carried[3], change[5][N], scatter = 0, rates = 0, means = 0, cos_f, turn;
+    const narx_real loss = s->known ? 0 : CENTRE_LOSS;
+    narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, cos_f, turn;
     narx_real leak, coupling, noise;
+    change_type change;
     int axis, k;
     if (s->missing_s > 0)
         after_gap(s);
@@ -275,58 +209,64 @@ static void estimate(narx_state *s, const narx_real inputs[NARX_INPUTS])
     s->scatter += REST_GAIN * (scatter - s->scatter);
     s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
                     s->covariance[CENTRE + 1][CENTRE + 1] < KNOWN_ENOUGH;
-    turn = advance(s, own, &cos_f);
+    turn = carry(s, own, &cos_f);
     if (fabs${f}(s->x[0]) > PI) {
         const narx_real whole = s->x[0] < 0 ? -2 * PI : 2 * PI;
         s->x[0] -= whole;
         for (k = 0; k < NARX_PAST_ANGLES; k++)
             s->past[0][k] -= whole;
     }
+    if (fabs${f}(s->x[2]) > HEADING_STEP)
+        shift_heading(s, s->x[2] < 0 ? -HEADING_STEP : HEADING_STEP);
     memcpy(carried, s->x, sizeof carried);
     leak = s->by_network ? LEAK_RAD_S * INTERVAL_S : 0;
     coupling = fabs${f}(s->turn) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
-    memset(change, 0, sizeof change);
+    memset(&change, 0, sizeof change);
     for (axis = 0; axis < 3; axis++) {
-        change[axis][axis] = -leak;
-        change[axis][CENTRE + axis] = leak;
-        change[axis][BIAS + axis] = -INTERVAL_S;
+        put(&change, axis, axis, -leak);
+        put(&change, axis, BIAS + axis, -INTERVAL_S);
     }
     for (axis = 0; axis < 2; axis++)
-        s->x[CENTRE + axis] *= decay;
-    change[0][1] = -coupling;
-    change[1][0] = coupling;
-    change[1][LEAN] = leak * s->turn;
+        lose_share(&s->x[CENTRE + axis], &s->lower[axis], loss);
+    for (k = 0; k <= CENTRE; k += CENTRE) {
+        put(&change, 0, k + 1, -coupling);
+        put(&change, 1, k, coupling);
+    }
+    put(&change, 1, LEAN, leak * s->turn);
 #if AIDED
     {
         const narx_real *const force = inputs + 3;
-        const narx_real sin_s = sin${f}(s->x[0]), cos_s = cos${f}(s->x[0]);
-        const narx_real sin_f = sin${f}(s->x[1]), cos_ff = cos${f}(s->x[1]);
-        const narx_real up = sin_s * force[0] + cos_s * force[2];
         const narx_real ahead = s->x[VELOCITY], aside = s->x[VELOCITY + 1];
-        const narx_real forward = cos_s * force[0] - sin_s * force[2];
-        const narx_real left = cos_ff * force[1] + sin_f * up;
+        narx_real sin_s, cos_s, sin_f, cos_ff, up, forward, left;
+        sine_cosine(s->x[0], &sin_s, &cos_s);
+        sine_cosine(s->x[1], &sin_f, &cos_ff);
+        up = sin_s * force[0] + cos_s * force[2];
+        forward = cos_s * force[0] - sin_s * force[2];
+        left = cos_ff * force[1] + sin_f * up;
         s->x[VELOCITY] += INTERVAL_S * (forward + turn * aside);
         s->x[VELOCITY + 1] += INTERVAL_S * (left - turn * ahead);
-        change[3][0] = -INTERVAL_S * up;
-        change[3][VELOCITY + 1] = INTERVAL_S * turn;
-        change[4][1] = INTERVAL_S * (cos_ff * up - sin_f * force[1]);
-        change[4][VELOCITY] = -INTERVAL_S * turn;
+        for (k = 0; k <= CENTRE; k += CENTRE) {
+            put(&change, 3, k, -INTERVAL_S * up);
+            put(&change, 4, k + 1, INTERVAL_S * (cos_ff * up - sin_f * force[1]));
+        }
+        put(&change, 3, VELOCITY + 1, INTERVAL_S * turn);
+        put(&change, 4, VELOCITY, -INTERVAL_S * turn);
     }
 #endif
-    propagate(s, (const narx_real(*)[N])change, decay);
+    propagate(s, &change, loss);
     noise = s->known ? 0 : CENTRE_NOISE;
     for (axis = 0; axis < 3; axis++) {
         s->covariance[axis][axis] += ANGLE_NOISE + RATE_NOISE * rates / square(cos_f);
         s->covariance[BIAS + axis][BIAS + axis] += BIAS_NOISE;
     }
     for (axis = 0; axis < 2; axis++)
-        s->covariance[CENTRE + axis][CENTRE + axis] += noise;
+        widen_posture(s, axis, noise);
     for (k = VELOCITY; k < N; k++)
         s->covariance[k][k] += VELOCITY_NOISE;
     if (s->scatter < REST_LEAST && means < MOST_BIAS_SQUARE)
         for (axis = 0; axis < 3; axis++)
             measure_state(s, BIAS + axis, REST_VARIANCE, s->mean_rate[axis] - s->x[BIAS + axis]);
-    s->since_s += INTERVAL_S;
+    s->swing_s += INTERVAL_S;
     s->idle_s += INTERVAL_S;
     s->samples += 1;
     s->sum_turn += turn;
@@ -337,14 +277,14 @@ static void estimate(narx_state *s, const narx_real inputs[NARX_INPUTS])
     measure_state(s, VELOCITY + 1, VELOCITY_VARIANCE[1], -s->x[VELOCITY + 1]);
 #endif
     if (swing_ends(s, own[0])) {
-        const int swung = s->since_s > SHORTEST_SWING_S && s->since_s < LONGEST_SWING_S;
+        const int swung = s->swing_s > SHORTEST_SWING_S && s->swing_s < LONGEST_SWING_S;
         if (swung) {
             learn_from_swing(s);
             if (!(fabs${f}(s->odd[0]) + fabs${f}(s->odd[1]) > 0))
                 s->idle_s = 0;
         }
-        s->period_s = swung ? s->since_s : 0;
-        s->since_s = s->samples = s->sum_turn = 0;
+        s->period_s = swung ? s->swing_s : 0;
+        s->swing_s = s->samples = s->sum_turn = 0;
         memset(s->sum_angles, 0, sizeof s->sum_angles);
         memcpy(s->before, s->x, sizeof s->before);
     }
@@ -354,43 +294,42 @@ static void estimate(narx_state *s, const narx_real inputs[NARX_INPUTS])
             s->past[axis][k] = s->past[axis][k - 1] + correction;
         s->past[axis][0] = s->x[axis];
     }
+    memcpy(s->angles, s->x, sizeof s->angles);
+    s->angles[2] += s->heading;
 }
 
-void narx_start(narx_state *state, const narx_real *initial_angles)
+static void lose(narx_state *s, int ticks)
+{
+    s->missing_s += (narx_real)ticks * INTERVAL_S;
+}
+
+static void begin(narx_state *state, const narx_real *initial_angles)
 {
     int i, k;
-    memset(state, 0, sizeof *state);
     memcpy(state->x, X_START, sizeof state->x);
     state->known = initial_angles != NULL;
     for (i = 0; i < N; i++)
         state->covariance[i][i] = state->known ? KNOWN_VARIANCE[i] : UNKNOWN_VARIANCE[i];
-    if (initial_angles)
-        for (i = 0; i < 3; i++) {
-            state->x[i] = initial_angles[i];
-            for (k = 0; k < NARX_PAST_ANGLES; k++)
-                state->past[i][k] = initial_angles[i];
-        }
+    for (i = 0; i < 3; i++) {
+        const narx_real posture = state->covariance[CENTRE + i][CENTRE + i];
+        state->covariance[CENTRE + i][CENTRE + i] = 0;
+        widen_posture(state, i, posture);
+        state->x[i] = state->angles[i];
+        for (k = 0; k < NARX_PAST_ANGLES; k++)
+            state->past[i][k] = state->angles[i];
+    }
     state->scatter = 1;
     state->idle_s = IDLE_MOST_S;
-}
-
-void narx_step(narx_state *state, const narx_real inputs[NARX_INPUTS], narx_real angles[3])
-{
-    int i;
-    for (i = 0; i < NARX_INPUTS; i++) {
-        if (!isfinite(inputs[i])) {
-            state->missing_s += INTERVAL_S;
-            angles[0] = angles[1] = angles[2] = NAN;
-            return;
-        }
-    }
-    estimate(state, inputs);
-    memcpy(angles, state->x, 3 * sizeof angles[0]);
 }
 
 void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
 {
     int axis;
-    for (axis = 0; axis < 3; axis++)
-        deviation[axis] = STD_SCALE[axis] * sqrt${f}(state->covariance[axis][axis]);
+    for (axis = 0; axis < 3; axis++) {
+        const narx_real *const relative = state->covariance[axis];
+        const narx_real *const posture = state->covariance[CENTRE + axis];
+        const narx_real variance =
+            relative[axis] + 2 * relative[CENTRE + axis] + posture[CENTRE + axis];
+        deviation[axis] = variance > 0 ? STD_SCALE[axis] * sqrt${f}(variance) : 0;
+    }
 }

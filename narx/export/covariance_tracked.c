@@ -1,0 +1,103 @@
+/* Covariance of all with a relative angle and a share of the lean; returns their own variance. */
+static narx_real spread_of(const narx_state *s, int axis, narx_real lean, narx_real spread[N])
+{
+    int j;
+    for (j = 0; j < N; j++)
+        spread[j] = s->covariance[axis][j] + lean * s->covariance[LEAN][j];
+    return spread[axis] + lean * spread[LEAN];
+}
+
+/* The covariance is that of angles relative to the posture, posture, bias, lean and velocity: of
+ * a heading that nothing bounds, only the relative one counts, and its digits are not lost in the
+ * other's. */
+
+/* Kalman update by one number; spread: covariance times direction, total: variance of residual. */
+static void update(narx_state *s, const narx_real spread[N], narx_real total, narx_real residual)
+{
+    const narx_real inverse = 1 / total, step = inverse * residual;
+    int i, j;
+    for (i = 0; i < N; i++) {
+        const narx_real gain = spread[i] * inverse;
+        s->x[i] += (i < CENTRE ? spread[i] + spread[CENTRE + i] : spread[i]) * step;
+        for (j = 0; j <= i; j++) {
+            s->covariance[i][j] -= gain * spread[j];
+            s->covariance[j][i] = s->covariance[i][j];
+        }
+    }
+}
+
+/* Widens what is known of a posture by itself. */
+static void widen_posture(narx_state *s, int axis, narx_real variance)
+{
+    s->covariance[axis][axis] += variance;
+    s->covariance[CENTRE + axis][CENTRE + axis] += variance;
+    s->covariance[axis][CENTRE + axis] -= variance;
+    s->covariance[CENTRE + axis][axis] -= variance;
+}
+
+static void measure_state(narx_state *s, int at, narx_real variance, narx_real residual)
+{
+    narx_real spread[N];
+    memcpy(spread, s->covariance[at], sizeof spread);
+    update(s, spread, spread[at] + variance, residual);
+}
+
+/* What changes from sample to sample, x <- (1 + change) x, as columns and factors. */
+#define MOVING (AIDED ? 5 : 3)
+#define MOST 5
+typedef struct {
+    int n[MOVING];
+    int column[MOVING][MOST];
+    narx_real factor[MOVING][MOST];
+} change_type;
+
+static void put(change_type *change, int row, int column, narx_real factor)
+{
+    if (factor < 0 || factor > 0) {
+        change->column[row][change->n[row]] = column;
+        change->factor[row][change->n[row]++] = factor;
+    }
+}
+
+/* Carries the covariance over one sample, half of it, since it is symmetric. */
+static void propagate(narx_state *s, const change_type *change, narx_real loss)
+{
+    static const int ROW[5] = {0, 1, 2, VELOCITY, VELOCITY + 1};
+    narx_real moved[MOVING][N];
+    int i, j, k;
+    if (loss > 0)
+        for (i = 0; i < 2; i++) {
+            for (j = 0; j < N; j++) {
+                const narx_real lost = loss * s->covariance[CENTRE + i][j];
+                s->covariance[i][j] += lost;
+                s->covariance[CENTRE + i][j] -= lost;
+            }
+            for (j = 0; j < N; j++) {
+                const narx_real lost = loss * s->covariance[j][CENTRE + i];
+                s->covariance[j][i] += lost;
+                s->covariance[j][CENTRE + i] -= lost;
+            }
+        }
+    memset(moved, 0, sizeof moved);
+    for (i = 0; i < MOVING; i++)
+        for (k = 0; k < change->n[i]; k++) {
+            const narx_real *const covariance = s->covariance[change->column[i][k]];
+            const narx_real factor = change->factor[i][k];
+            for (j = 0; j < N; j++)
+                moved[i][j] += factor * covariance[j];
+        }
+    for (i = 0; i < MOVING; i++) {
+        narx_real *const row = s->covariance[ROW[i]];
+        for (j = CENTRE; j < VELOCITY; j++) {
+            row[j] += moved[i][j];
+            s->covariance[j][ROW[i]] = row[j];
+        }
+        for (j = 0; j <= i; j++) {
+            narx_real total = moved[i][ROW[j]] + moved[j][ROW[i]];
+            for (k = 0; k < change->n[j]; k++)
+                total += moved[i][change->column[j][k]] * change->factor[j][k];
+            row[ROW[j]] += total;
+            s->covariance[ROW[j]][ROW[i]] = row[ROW[j]];
+        }
+    }
+}
