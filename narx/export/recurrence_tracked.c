@@ -51,7 +51,7 @@ ${w1}
 };
 static const narx_real W2[HIDDEN] = {${w2}};
 
-static narx_real square(narx_real value)
+static narx_real squared(narx_real value)
 {
     return value * value;
 }
@@ -124,24 +124,24 @@ static int swing_ends(narx_state *s, narx_real own_sagittal)
 static void learn_from_swing(narx_state *s)
 {
     const narx_real turn = s->sum_turn / s->samples;
-    narx_real doubt = 1 + (square(s->x[0] - s->before[0]) + square(s->x[1] - s->before[1])) /
+    narx_real doubt = 1 + (squared(s->x[0] - s->before[0]) + squared(s->x[1] - s->before[1])) /
                               RETURN_VARIANCE;
     int axis;
-    doubt += s->period_s > 0 ? square((s->swing_s / s->period_s - 1) / PERIOD_SHARE) : 3;
+    doubt += s->period_s > 0 ? squared((s->swing_s / s->period_s - 1) / PERIOD_SHARE) : 3;
     if (fabs${f}(turn) > TURN_LEAST)
-        widen_posture(s, 2, square(turn * s->swing_s));
+        widen_posture(s, 2, squared(turn * s->swing_s));
     for (axis = 0; axis < 3; axis++) {
         const narx_real variance = CYCLE_VARIANCE[axis] * doubt, lean = axis == 1 ? -turn : 0;
         narx_real spread[N], residual, excess;
         residual = s->x[CENTRE + axis] - s->sum_angles[axis] / s->samples;
         residual -= s->x[LEAN] * lean;
-        excess = square(residual) / (OUTLIER * (spread_of(s, axis, lean, spread) + variance));
+        excess = squared(residual) / (OUTLIER * (spread_of(s, axis, lean, spread) + variance));
         if (excess <= 1) {
             s->odd[axis] = 0;
         } else if (s->odd[axis] * residual > 0) {
             const narx_real share = EARLY / (EARLY + s->trust);
-            s->covariance[axis][axis] += square(residual) * share;
-            widen_posture(s, axis, square(residual) * (1 - share));
+            s->covariance[axis][axis] += squared(residual) * share;
+            widen_posture(s, axis, squared(residual) * (1 - share));
             s->odd[axis] = 0;
         } else {
             s->odd[axis] = residual < 0 ? -1 : 1;
@@ -180,7 +180,7 @@ static void after_gap(narx_state *s)
     const narx_real whole = s->missing_s < LONGEST_GAP_S ? s->missing_s : LONGEST_GAP_S;
     int axis;
     for (axis = 0; axis < 3; axis++) {
-        s->covariance[axis][axis] += START_VARIANCE * square(whole);
+        s->covariance[axis][axis] += START_VARIANCE * squared(whole);
         s->sum_angles[axis] = 0;
     }
     s->missing_s = s->swing = s->high = s->low = 0;
@@ -201,10 +201,10 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     for (axis = 0; axis < 3; axis++) {
         const narx_real away = inputs[axis] - s->mean_rate[axis];
         own[axis] = inputs[axis] - s->x[BIAS + axis];
-        rates += square(own[axis]);
+        rates += squared(own[axis]);
         s->mean_rate[axis] += REST_GAIN * away;
-        scatter += square(away);
-        means += square(s->mean_rate[axis]);
+        scatter += squared(away);
+        means += squared(s->mean_rate[axis]);
     }
     s->scatter += REST_GAIN * (scatter - s->scatter);
     s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
@@ -256,7 +256,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     propagate(s, &change, loss);
     noise = s->known ? 0 : CENTRE_NOISE;
     for (axis = 0; axis < 3; axis++) {
-        s->covariance[axis][axis] += ANGLE_NOISE + RATE_NOISE * rates / square(cos_f);
+        s->covariance[axis][axis] += ANGLE_NOISE + RATE_NOISE * rates / squared(cos_f);
         s->covariance[BIAS + axis][BIAS + axis] += BIAS_NOISE;
     }
     for (axis = 0; axis < 2; axis++)
