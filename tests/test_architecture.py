@@ -89,7 +89,7 @@ def test_no_import_goes_in_circles():
             visit(module, ())
 
 
-def test_no_module_lives_for_tests_alone():
+def test_no_module_is_used_only_by_tests():
     """Every module is imported by another one, is named in a configuration, or is a command."""
     used: set[str] = set()
     for module in MODULES:

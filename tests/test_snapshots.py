@@ -88,7 +88,7 @@ def stored(motion):
 
 @pytest.mark.parametrize("motion_name", MOTIONS)
 @pytest.mark.parametrize("method_name", [*(m.name for m in METHODS), "narx", "narx_smoothed"])
-def test_angles_are_as_they_were(stored, motion, motion_name, method_name):
+def test_angles_equal_the_stored_snapshots(stored, motion, motion_name, method_name):
     if method_name == "vqf":
         pytest.importorskip("vqf")
     expected = stored[(stored.motion == motion_name) & (stored.method == method_name)]

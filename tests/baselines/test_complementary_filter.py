@@ -65,7 +65,7 @@ def test_alpha_and_crossover_are_two_names_for_one_thing(alpha):
     assert method.alpha(500.0) > alpha
 
 
-def test_the_papers_offline_alpha_is_a_crossover_of_a_sixth_of_a_hundredth_of_a_hertz():
+def test_the_papers_offline_alpha_gives_a_crossover_of_1_6_mhz():
     assert ComplementaryFilter.from_alpha(0.9999, 100.0).crossover_hz == pytest.approx(
         0.0016, rel=0.01
     )

@@ -18,7 +18,7 @@ def made(name, **options):
 
 
 @pytest.mark.parametrize("name", WITH_HEADING)
-def test_tilt_stays_whatever_becomes_of_the_heading(motion, name):
+def test_tilt_is_independent_of_the_heading_treatment(motion, name):
     turn = motion("half_turn", duration_s=30.0).signals
     own = made(name).estimate(turn)
     for treatment in ("zero", "leak"):

@@ -71,7 +71,7 @@ def test_two_point_needs_less_than_the_paper_says_and_four_arctangents_a_walk(wa
     assert counts["multiplications"] == pytest.approx(3.0, abs=0.1)
 
 
-def test_what_cannot_be_counted_is_missing_not_zero(walk):
+def test_methods_that_cannot_be_counted_are_missing_not_zero(walk):
     pytest.importorskip("vqf")
     with pytest.raises(MethodNotApplicableError, match="in a compiled library"):
         count_stream(METHODS["vqf"](), walk)

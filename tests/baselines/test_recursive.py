@@ -73,7 +73,7 @@ def test_coupled_axes_book_no_turn_as_flexion(motion, name):
 
 
 @pytest.mark.parametrize("name", RECURSIVE)
-def test_a_start_up_brings_the_mean_angle_of_a_known_start(motion, name):
+def test_a_start_up_adds_the_mean_angle_of_a_known_start(motion, name):
     walk = motion("walking", duration_s=40.0)
     lean = np.array([0.3, 0.0, 0.0])
     signals = walk.changed(initial_angles_rad=lean).signals
@@ -87,7 +87,7 @@ AXES = ("complementary_filter", "giof")
 
 
 @pytest.mark.parametrize("name", sorted(set(RECURSIVE) - set(AXES)))
-def test_a_washout_takes_a_lasting_deviation_off(motion, name):
+def test_a_washout_removes_a_constant_deviation(motion, name):
     walk = motion("walking", duration_s=120.0).signals
     plain = METHODS[name]().estimate(walk)
     gain = 0.01 / (5.0 + 0.01)

@@ -42,7 +42,7 @@ def test_every_parameter_stands_on_the_methods_page(name):
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_grids_hold_parameters_of_the_method_and_its_default(name):
+def test_grids_contain_parameters_of_the_method_and_their_defaults(name):
     config = OmegaConf.load(CONFIGS / f"{name}.yaml")
     grid = OmegaConf.to_container(config.get("grid", OmegaConf.create({name: {}}))[name])
     parameters = inspect.signature(METHODS[name]).parameters

@@ -44,7 +44,7 @@ def test_the_best_on_the_training_part_is_taken(prepare, leak):
     assert chosen(fold, prepare) == {"leak_rad_s": leak}
 
 
-def test_the_test_part_and_what_comes_after_training_have_no_say(prepare):
+def test_the_test_part_and_later_samples_have_no_influence(prepare):
     seen = []
 
     def watching(wanted):

@@ -238,7 +238,7 @@ def test_results_table_is_plain_csv(tmp_path):
     assert list(pd.read_csv(tmp_path / "results.csv").columns) == list(COLUMNS)
 
 
-def test_a_benchmark_without_any_reference_says_so(run_command, tmp_path):
+def test_a_benchmark_without_any_reference_is_refused(run_command, tmp_path):
     stem = tmp_path / "data" / "motion_bids" / "sub-1" / "motion" / "sub-1_task-walk_tracksys-imu"
     stem.parent.mkdir(parents=True)
     rows = [

@@ -23,7 +23,7 @@ _SHORT = {
 }
 
 
-def test_exact_orientation_in_the_exact_frame_has_no_error_where_nothing_is_wrong():
+def test_exact_orientation_and_frame_give_no_error_without_error_sources():
     source = SimulatedGait(ideal=True, **_SHORT)
     method = GyroIntegration(coupled=True)
     rows = pd.DataFrame(knee_errors(source, "exact", method, 5.0))

@@ -31,7 +31,7 @@ def configuration(**forms):
     )
 
 
-def test_a_form_changes_what_the_method_has_a_parameter_for():
+def test_a_form_changes_only_parameters_of_the_method():
     cfg = configuration()
     rows = forms_of(cfg, "leaky_integrator")
     assert list(rows) == ["leaky_integrator", "leaky_integrator_same"]

@@ -21,14 +21,14 @@ def walk(make_walk):
     return trial, knee
 
 
-def test_cycles_within_what_is_scored(walk):
+def test_only_cycles_within_the_scored_part_count(walk):
     trial, knee = walk
     cycles = gait_cycles(trial, knee, None)
     # contacts at 2.5, 3.5, ..., 19.5
     assert (cycles.compared, cycles.complete) == (17, 17)
 
 
-def test_a_hidden_marker_spoils_its_cycle_alone(walk):
+def test_a_hidden_marker_invalidates_only_its_cycle(walk):
     trial, knee = walk
     knee.reference_rad[knee.time_s.searchsorted(10.0)] = np.nan
     cycles = gait_cycles(trial, knee, None)

@@ -28,21 +28,21 @@ def test_help_follows_the_choice(run_command):
 
 
 @pytest.mark.slow
-def test_a_window_can_be_learned_by_heart(run_command):
+def test_a_short_window_can_be_overfitted(run_command):
     status, _, err, directory = run_command("train", "debug=overfit")
     assert status == 0, err
     assert json.loads((directory / "metrics.json").read_text())["held_back_error_deg"] < 0.5
 
 
 @pytest.mark.slow
-def test_a_profile_names_where_the_time_goes(run_command):
+def test_a_profile_lists_the_slowest_functions(run_command):
     status, out, err, directory = run_command("train", "debug=tiny", "profile=true")
     assert status == 0, err
     assert (directory / "profile.pstats").stat().st_size > 0
     assert "cumulative" in out
 
 
-def test_an_experiment_brings_its_walks_to_training(run_command):
+def test_training_uses_the_walks_of_an_experiment(run_command):
     status, out, err, _ = run_command(
         "train", "--cfg", "job", "--resolve", "experiment=abhayasinghe_thigh_angle"
     )

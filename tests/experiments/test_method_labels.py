@@ -28,7 +28,7 @@ def test_order():
     ]  # fmt: skip
 
 
-def test_a_row_says_its_form():
+def test_a_row_label_names_its_form():
     assert method_label("vqf_heading_zero_chosen") == "VQF, heading 0, chosen"
     assert method_label("vqf_same") == "VQF, heading leak"
     assert method_label("leaky_integrator_same") == "Leaky integrator, tracker"

@@ -41,5 +41,5 @@ def test_elements_are_quoted_where_they_must_be():
      "model.hidden=range(1,4)", "data_root=${oc.env:HOME}", "output='a b.csv'",
      "--config-dir=läufer"],
 )  # fmt: skip
-def test_what_hydra_reads_is_left_alone(argument):
+def test_values_valid_in_hydra_are_unchanged(argument):
     assert readable([argument]) == [argument]

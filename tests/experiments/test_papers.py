@@ -69,7 +69,7 @@ def test_han_on_the_walk_before_the_turn(run_command, data_root):
         ("tham_knee_angle", "smartphone_pocket", "no knee among thigh"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_the_reason(
+def test_unsuitable_trials_are_refused_with_the_reason(
     run_command, data_root, experiment, source, says
 ):
     answer = run_command(
@@ -178,7 +178,7 @@ def test_tham_without_the_network(run_command):
         (["experiment=han_two_point", "data.simulated_gait.subjects=[V7]"], ["V7"], 100.0),
     ],
 )  # fmt: skip
-def test_an_experiment_brings_its_own_walks(overrides, subjects, rate_hz):
+def test_an_experiment_sets_its_own_walks(overrides, subjects, rate_hz):
     with initialize_config_module(version_base="1.3", config_module="configs"):
         cfg = compose("benchmark", overrides=overrides)
     assert list(cfg.data.simulated_gait.subjects) == subjects

@@ -62,7 +62,7 @@ def test_too_short_a_walk_is_refused(make_walk):
         swing(still, "giof")
 
 
-def test_results_of_a_study_name_what_is_missing(make_walk):
+def test_trials_without_results_are_listed(make_walk):
     walks = [make_walk(methods=("giof",)), make_walk(subject="S2", methods=("giof",), duration_s=3)]
     trials, peaks, refused = swing_results(walks, {"S1": "Males"})
     assert trials["group"].tolist() == ["Males"]

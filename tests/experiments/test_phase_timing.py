@@ -48,7 +48,7 @@ def test_the_clock_of_the_events_may_start_elsewhere(phases):
     np.testing.assert_allclose(errors.loc[errors["point"] == "b", "error_s"], 0.0, atol=1e-12)
 
 
-def test_what_was_measured_fills_the_printed_tables(phases):
+def test_measured_values_fill_the_printed_tables(phases):
     errors = event_errors(phases, {"heel_strike_right": [1.02, 2.02, 3.02]}, "right")
     shares, points = (table.frame for table in phase_tables(phase_shares(phases), errors))
     np.testing.assert_allclose(shares.loc["f–g", "share of stride (%)"], 40.0)

@@ -46,7 +46,7 @@ def run(run_command, *overrides):
 
 
 @pytest.mark.parametrize("frame", ["auto", "anatomical", "sensor"])
-def test_the_file_holds_what_python_gives(run_command, folder, network, frame):
+def test_the_file_equals_the_python_result(run_command, folder, network, frame):
     status, out, err, _ = run(run_command, "output=new/angles.csv", f"frame={frame}")
     assert (status, err) == (0, "")
     assert "1981 of 2001 samples with angles" in out

@@ -51,7 +51,7 @@ def test_one_broken_file_does_not_stop_the_others(run_command, folder):
     }  # fmt: skip
 
 
-def test_each_file_is_what_it_is_alone_and_its_name_tells_the_side(run_command, folder):
+def test_each_file_is_independent_and_its_name_gives_the_side(run_command, folder):
     run_command("predict", "input=in/**/thigh_*.csv", "output=out")
     for side in ("right", "left"):
         status, *_ = run_command(
@@ -62,7 +62,7 @@ def test_each_file_is_what_it_is_alone_and_its_name_tells_the_side(run_command, 
         assert (folder / f"out/S1/thigh_{side}_csv_angles.csv").read_bytes() == alone
 
 
-def test_what_was_finished_is_left_and_what_was_killed_is_done_again(run_command, folder):
+def test_finished_files_are_kept_and_killed_ones_repeated(run_command, folder):
     (folder / "in" / "S1" / "broken.csv").unlink()
     status, _, err, _ = run_command("predict", "input=in", "output=out")
     assert (status, err) == (0, "")

@@ -59,7 +59,7 @@ def test_damping_and_regularisation_change_the_way():
     assert not np.allclose(weights[0], weights[2], rtol=1e-6)
 
 
-def test_a_training_goes_on_from_a_checkpoint(tmp_path):
+def test_a_training_continues_from_a_checkpoint(tmp_path):
     path = tmp_path / "first.pt"
     first = fitted("optimizer.iterations=2")
     save(first, path)

@@ -97,7 +97,7 @@ def test_the_documented_choices_pass(compose_checked, overrides):
         ("data_root='~no_such_user/x'", "data_root: '~no_such_user/x' cannot be a path"),
     ],
 )
-def test_one_line_names_key_value_and_what_is_allowed(compose_checked, override, line):
+def test_one_line_names_key_value_and_allowed_values(compose_checked, override, line):
     with pytest.raises((UserError, OmegaConfBaseException)) as refusal:
         compose_checked("benchmark", "methods=[narx,giof]", *readable([override]))
     said = str(refusal.value)
@@ -115,7 +115,7 @@ def test_one_line_names_key_value_and_what_is_allowed(compose_checked, override,
         "data.simulated_gait.sampling_rate_hz=1e9",
     ],
 )
-def test_what_cannot_be_computed_is_refused(compose_checked, override):
+def test_impossible_computations_are_refused(compose_checked, override):
     with pytest.raises(UserError, match="expected"):
         compose_checked("train", override)
 
@@ -142,7 +142,7 @@ def test_a_number_is_a_name_and_a_word_is_true_or_false(compose_checked, key, gi
     assert OmegaConf.select(cfg, key) == meant
 
 
-def test_one_seed_sets_all_and_each_can_be_set_alone(compose_checked):
+def test_one_seed_sets_all_and_each_can_be_set_separately(compose_checked):
     def seeds(*overrides):
         cfg = compose_checked("train", "split=one_window", *overrides)
         assert cfg.data.simulated_gait.seed == cfg.data.seed

@@ -25,7 +25,7 @@ from narx.experiments.configuration import composition_mistake
         ("candidates=" + "[" * 300 + "]" * 300, "candidates=[[["),
     ],
 )
-def test_one_line_says_what_would_be_right(override, line):
+def test_one_line_states_what_is_expected(override, line):
     with (
         initialize_config_module("narx.configs", version_base="1.3"),
         pytest.raises(Exception) as refusal,  # noqa: PT011 - Hydra raises what its parts raise

@@ -90,7 +90,7 @@ def test_bland_altman_of_one_subject(make_walk):
     assert len(bland_altman([make_walk()]).axes) == 3
 
 
-def test_spectrum_marks_the_components_that_hold_the_power():
+def test_spectrum_marks_the_components_with_most_power():
     time = np.arange(0, 40, 0.01)
     rate = 3 * np.sin(2 * np.pi * 0.9 * time) + np.sin(2 * np.pi * 1.8 * time)
     panel = spectrum(rate, 100.0).axes[0]
@@ -111,7 +111,7 @@ def test_histograms_count_every_peak_and_trial(make_study):
     assert isinstance(peak_histograms(peaks[:0], ["giof"]), Figure)
 
 
-def test_swing_says_how_well(make_walk):
+def test_swing_figure_states_correlation_and_rmse(make_walk):
     angles = swing(make_walk(methods=("giof",)), "giof")
     rmse = np.sqrt(np.mean((angles.reference_deg - angles.estimate_deg) ** 2))
     assert f"RMSE = {rmse:.2f}°" in swing_figure(angles).axes[0].get_title()

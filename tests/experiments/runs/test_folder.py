@@ -40,7 +40,7 @@ def test_a_run_is_done_once(tmp_path):
         assert run.record["value"] == 1.5
 
 
-def test_where_the_data_lie_does_not_matter_but_what_they_are(tmp_path):
+def test_identity_depends_on_the_data_and_not_on_their_location(tmp_path):
     finish(tmp_path / "run", data={"walks": "a"})
     moved = OmegaConf.merge(CFG, {"data_root": "/b"})
     assert finish(tmp_path / "run", moved, {"walks": "a"}).finished
@@ -48,7 +48,7 @@ def test_where_the_data_lie_does_not_matter_but_what_they_are(tmp_path):
         finish(tmp_path / "run", CFG, {"walks": "b"})
 
 
-def test_another_configuration_is_refused_with_what_differs(tmp_path):
+def test_another_configuration_is_refused_with_the_difference(tmp_path):
     finish(tmp_path / "run")
     other = OmegaConf.merge(CFG, {"model": {"hidden": 4}})
     with pytest.raises(UserError, match=r"model\.hidden was 3, now 4"):
@@ -94,7 +94,7 @@ def test_two_processes_do_not_work_in_one_folder(tmp_path, monkeypatch):
             finish(tmp_path)
 
 
-def test_what_another_process_finishes_meanwhile_is_taken(tmp_path):
+def test_a_run_finished_meanwhile_by_another_process_is_used(tmp_path):
     claimed_first, waited = threading.Event(), []
 
     def first():

@@ -12,7 +12,7 @@ def _refuse(constant):
     raise ValueError(constant)
 
 
-def test_what_is_not_finite_is_null(tmp_path):
+def test_numbers_that_are_not_finite_are_null(tmp_path):
     path = tmp_path / "a.json"
     content = {"a": math.nan, "b": [1.5, -math.inf, (np.float64("nan"), 2)], "c": {"d": "NaN"}}
     write_json(content, path)

@@ -101,7 +101,7 @@ def test_a_fault_of_the_program_has_its_traceback_in_the_run(launch):
     assert "KeyError" in text.read_text()
 
 
-def test_a_search_in_which_every_trial_fails_ends_with_lines_alone(launch):
+def test_a_search_in_which_every_trial_fails_prints_only_one_line_each(launch):
     pytest.importorskip("optuna")
     status, _, err = launch("model.hidden=0", *LAUNCHERS["optuna"], "hydra.sweeper.n_trials=2")
     assert status == 2
@@ -119,7 +119,7 @@ def test_a_search_counts_the_trials_of_earlier_launches(launch):
     assert study.best_value == min(float(text.split()[0]) for text in checkpoints("SW"))
 
 
-def test_the_same_sweep_again_does_what_is_missing_and_touches_nothing_finished(launch):
+def test_a_repeated_sweep_runs_missing_jobs_and_keeps_finished_ones(launch):
     assert launch("seed=0,1", "hydra.sweep.dir=SW")[0] == 0
     before = {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in Path("SW").glob("seed*/**/*")
               if p.is_file()}  # fmt: skip
@@ -142,7 +142,7 @@ def test_a_sweep_finds_its_folder_by_its_command(launch):
     assert len(list(Path("multirun").glob("*/*"))) == 2
 
 
-def test_ctrl_c_keeps_what_is_finished(launch):
+def test_ctrl_c_keeps_finished_jobs(launch):
     def train_until_stopped(cfg):
         if cfg.seed == 1:
             raise KeyboardInterrupt
@@ -158,7 +158,7 @@ def test_ctrl_c_keeps_what_is_finished(launch):
     assert checkpoints("SW") == ["3 0", "3 1", "3 2"]
 
 
-def test_a_search_with_two_objectives_shows_what_is_best_in_neither_alone(launch):
+def test_a_search_with_two_objectives_finds_the_pareto_front(launch):
     optuna = pytest.importorskip("optuna")
 
     def two(cfg):

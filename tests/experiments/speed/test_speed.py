@@ -104,7 +104,7 @@ def test_the_engine_ends_no_higher_than_scipy_from_random_starts():
     assert np.median(ours) < 1.05 * np.median(theirs)
 
 
-def test_scipy_reports_what_it_reached(problem):
+def test_scipy_reports_its_final_cost(problem):
     v, target, weights, _ = problem
     ours = levenberg_marquardt(
         open_loop_fit(v, target),

@@ -35,7 +35,7 @@ def test_table_1_has_the_groups_and_columns_thighs_and_shanks(compared):
     assert frame.loc["Males", "paper Trials"] == 196
 
 
-def test_a_group_that_nobody_is_in_keeps_its_row(compared):
+def test_an_empty_group_keeps_its_row(compared):
     trials = compared[0].assign(group="All")
     frame = correlation_table(trials).frame
     assert frame.loc["Males", "No. of Trials"] == 0

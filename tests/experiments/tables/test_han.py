@@ -44,7 +44,7 @@ def test_figures_by_hand(results):
     np.testing.assert_allclose(overall.astype(float), sum(p.astype(float) for p in parts) / 2)
 
 
-def test_without_thigh_and_shank_it_says_so(results):
+def test_missing_thigh_and_shank_is_reported(results):
     with pytest.raises(UserError, match="results hold knee_left, expected one of these"):
         han_tables(results[results["segment"] == "knee_left"])
 

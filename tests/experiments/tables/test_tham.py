@@ -74,7 +74,7 @@ def test_further_methods_and_speeds_are_further_rows(make_study):
     assert index["Method"].tolist() == ["CF", "PI", "VQF"] * 2 + ["NARX"] * 2
 
 
-def test_without_a_knee_it_says_so(results):
+def test_missing_knee_is_reported(results):
     with pytest.raises(UserError, match="results hold thigh_right, expected a knee"):
         tham_tables(results[results["segment"] == "thigh_right"], 5.0)
 

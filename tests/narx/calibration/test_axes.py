@@ -51,7 +51,7 @@ def test_up_is_the_mean_specific_force(size):
 
 
 @pytest.mark.parametrize(("size", "message"), [(7.9, "7.90"), (12.1, "12.10"), (np.nan, "no acc")])
-def test_what_is_not_gravity_is_refused(size, message):
+def test_a_mean_force_other_than_gravity_is_refused(size, message):
     with pytest.raises(RecordingError, match=f"x: .*{message}"):
         up_from_gravity(np.full((3, 3), [0.0, size, 0.0]), "x")
 
@@ -103,7 +103,7 @@ def test_a_frame_of_up_and_left():
 
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1))
-def test_the_smallest_rotation_that_brings_up_to_z(seed):
+def test_the_smallest_rotation_aligns_up_with_z(seed):
     up = np.random.default_rng(seed).normal(size=3)
     up /= np.linalg.norm(up)
     frame = frame_from_gravity(up)

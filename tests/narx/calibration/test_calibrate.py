@@ -133,7 +133,7 @@ def test_walking_calibration_recovers_any_mounting(seed, side):
     assert "walking" in " ".join(calibrated.notes)
 
 
-def test_forward_and_backward_are_told_apart_without_the_reference():
+def test_forward_and_backward_are_distinguished_without_the_reference():
     for side in ("left", "right"):
         for turned in (0.0, np.pi):
             mounting = Rotation.from_euler("Z", turned)
@@ -334,7 +334,7 @@ def _leg_trial(side, mountings, abduction_off=0.0, thigh_tissue=0.0, flexion_off
 
 @settings(max_examples=10, deadline=None)
 @given(seed=_seeds, side=st.sampled_from(["left", "right"]))
-def test_the_whole_leg_recovers_any_mounting_and_halves_what_one_movement_lacks(seed, side):
+def test_leg_calibration_recovers_any_mounting_and_halves_the_error_of_one_movement(seed, side):
     names = (f"thigh_{side}", f"shank_{side}")
     mountings = dict(zip(names, Rotation.random(2, random_state=seed), strict=True))
     exact = calibrate(_leg_trial(side, mountings))
@@ -353,7 +353,7 @@ def test_the_whole_leg_recovers_any_mounting_and_halves_what_one_movement_lacks(
             assert error == pytest.approx([0.0, 0.0, -off], abs=0.3), (mode, segment)
 
 
-def test_a_leg_without_its_other_sensor_falls_back_and_says_what_is_missing():
+def test_a_leg_without_its_other_sensor_falls_back_with_a_note():
     trial, _ = _trial("shank_right", Rotation.identity())
     assert any("functional" in note for note in calibrate(trial)["shank_right"].notes)
     with pytest.raises(RecordingError, match="leg of 'shank_right' lacks"):

@@ -64,7 +64,7 @@ def test_headings_are_as_good_at_other_rates():
     )
 
 
-def test_what_is_trusted_stays_and_what_is_not_is_turned():
+def test_the_less_certain_heading_is_rotated():
     thigh, shank = _leg()
     signals = _faced(thigh, 5.0), _faced(shank, 5.0), _RATE_HZ
     turns = np.degrees(knee_headings(*signals, heading_sd_deg=(1e-3, 1e3)))
@@ -73,7 +73,7 @@ def test_what_is_trusted_stays_and_what_is_not_is_turned():
     assert np.abs(knee_headings(*signals, heading_sd_deg=(1e-3, 1e-3))).max() < 1e-4
 
 
-def test_a_knee_that_abducts_is_not_straightened_beyond_what_knees_do():
+def test_true_knee_abduction_is_preserved():
     # the answer minimises what the docstring says: checked on a grid
     thigh, shank = _leg(abduction_per_flexion=0.1)
     exact = knee_headings(_faced(thigh, 0.0), _faced(shank, 0.0), _RATE_HZ, HEADING_SD_DEG)
@@ -179,7 +179,7 @@ def test_simulated_knees_agree_better_with_their_bones():
     assert np.sqrt(np.mean(np.square(by_knee))) < np.sqrt(np.mean(np.square(own))) - 0.5
 
 
-def test_the_knee_turns_what_movements_found_by_less_than_they_are_trusted():
+def test_the_knee_rotates_calibrated_frames_by_less_than_their_uncertainty():
     source = SimulatedGait(
         subjects=["V1"], conditions=["fast"], treadmill_duration_s=25.0, sampling_rate_hz=100.0
     )

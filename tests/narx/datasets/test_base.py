@@ -42,7 +42,7 @@ def test_iteration_is_lazy():
     assert source.loaded == ["Aslow1"]
 
 
-def test_select_narrows_and_leaves_the_original_alone():
+def test_select_filters_without_changing_the_original():
     source = _Six()
     some = source.select(subject="A", trial=["1"])
     assert some.index().condition.tolist() == ["slow", "fast"]

@@ -212,7 +212,7 @@ def test_metadata_are_inherited_and_the_nearer_wins(folder):
     assert set(MotionBids(root=folder).load("07", "walk", "01").imus) == {"thigh_left"}
 
 
-def test_what_was_derived_is_no_trial(folder):
+def test_derived_recordings_are_not_trials(folder):
     for name in ("derivatives/clean", "sourcedata", "code", ".git"):
         copied = folder / name / "sub-07" / "motion"
         copied.mkdir(parents=True)
@@ -233,7 +233,7 @@ def test_the_unit_of_latencies_is_fixed(folder, unit):
     assert trial.clock_offset_s["thigh_left"] == pytest.approx(-0.05, abs=1e-3)
 
 
-def test_what_is_not_needed_does_not_stop_the_reading(folder):
+def test_unneeded_channels_do_not_prevent_reading(folder):
     """An Euler orientation of a neighbour, and no accelerometer."""
     _edit(next(folder.rglob("*imu*channels.tsv")), "ACCEL", "MISC")
     channels = next(folder.rglob("*mocap*channels.tsv"))

@@ -69,7 +69,7 @@ def test_a_damaged_file_is_made_anew(store, tmp_path):
     assert CountingGait.count == 2
 
 
-def test_what_is_unused_for_longest_goes_first(tmp_path):
+def test_the_least_recently_used_is_deleted_first(tmp_path):
     store = TrialStore(tmp_path, 2500)
     for age, key in enumerate("abc"):
         store.get(key, lambda: bytes(900))

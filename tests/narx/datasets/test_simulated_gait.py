@@ -187,7 +187,7 @@ def test_reference_is_relative_to_the_calibration_posture(trial):
         assert np.degrees(tilt).mean() < 1.5
 
 
-def test_reference_differs_from_the_bone_by_what_is_published(trial):
+def test_reference_differs_from_the_bone_by_published_amounts(trial):
     truth = SimulatedGait(**SHORT).truth("S2", "normal", "1")
     error = []
     for side in ("right", "left"):
@@ -413,7 +413,7 @@ def _signals(trial):
     )
 
 
-def test_a_trial_depends_on_its_name_and_the_seed_alone(trial):
+def test_a_trial_depends_only_on_its_name_and_the_seed(trial):
     source = SimulatedGait(subjects=["S3", "S2"], conditions=["fast", "normal"], **SHORT)
     list(source.select(subject="S3"))
     again = source.load("S2", "normal", "1")
@@ -459,7 +459,7 @@ def test_trials_stream_through_memory():
     assert peak < 60 * size
 
 
-def test_a_trial_says_what_it_is(trial):
+def test_a_trial_has_names_and_metadata(trial):
     assert trial.name == "simulated_gait/S2/normal/1"
     assert any("simulated" in note for note in trial.notes)
     assert {f.name for f in fields(trial)} >= {"events", "calibration", "still_s"}

@@ -31,7 +31,7 @@ def overlaps(fold):
 
 @settings(deadline=None, max_examples=20)
 @given(n_subjects=st.integers(2, 5), n_conditions=st.integers(1, 3))
-def test_leave_one_out_tests_everybody_once_and_sees_nobody_tested(n_subjects, n_conditions):
+def test_leave_one_out_tests_everyone_once_without_training_on_them(n_subjects, n_conditions):
     index = index_of([f"s{k}" for k in range(n_subjects)], [f"c{k}" for k in range(n_conditions)])
     folds = list(splits.leave_one_out(index))
     tested = [part.key for fold in folds for part in fold.test]

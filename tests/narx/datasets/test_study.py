@@ -250,7 +250,7 @@ def test_names_of_sensors_in_a_pattern():
     assert pattern.fields("walk-S2.txt") is None
 
 
-def test_a_draft_is_what_one_would_write(folder):
+def test_a_draft_equals_a_manual_description(folder):
     (folder / "notes.md").write_text("not a recording")
     (folder / "anna" / "broken.csv").write_text("a,b\n1,2\n3,4\n")
     for part in ("hip_abduction_right", "still"):
@@ -288,7 +288,7 @@ def test_a_draft_finds_the_fields(tmp_path, name, pattern):
     assert len(Study(root=tmp_path)) == 1
 
 
-def test_a_draft_without_body_parts_says_what_to_add(tmp_path):
+def test_a_draft_without_body_parts_is_reported(tmp_path):
     write_recording(tmp_path / "00B40C3C.csv", _sensor(np.arange(0.0, 6, 0.01), 0))
     assert "no body part in the names" in draft_study(tmp_path).guesses[0]
     with pytest.raises(UserError, match="no folder"):

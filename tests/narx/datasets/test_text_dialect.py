@@ -124,7 +124,7 @@ def test_units_row_gives_the_unit_and_may_not_contradict(tmp_path, walk, text_of
         read_recording(path)
 
 
-def test_what_is_not_plain_is_said(tmp_path, walk, text_of):
+def test_deviations_from_plain_csv_are_noted(tmp_path, walk, text_of):
     path = tmp_path / "walk.csv"
     path.write_text(text_of(walk.columns(), ";", ","))
     assert read_recording(path).notes == (
@@ -162,7 +162,7 @@ def test_damage_is_one_line_that_names_the_file(tmp_path, walk, text_of, content
     assert "\n" not in str(caught.value)
 
 
-def test_what_is_no_file_is_refused_at_once(tmp_path, monkeypatch):
+def test_paths_that_are_not_files_are_refused_immediately(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     (tmp_path / "large").write_bytes(b"x" * 2**17)

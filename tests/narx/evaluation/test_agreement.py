@@ -53,7 +53,7 @@ def test_error_is_reference_minus_estimate():
 
 @given(angles)
 @settings(max_examples=50, deadline=None)
-def test_rmse_holds_bias_and_precision(reference):
+def test_rmse_combines_bias_and_precision(reference):
     found = agreement(reference, np.zeros_like(reference))
     if found.n_samples > 1:
         n = found.n_samples
@@ -120,7 +120,7 @@ def test_limits_of_agreement_of_bland_and_altman_1986():
     )
 
 
-def test_exact_intervals_cover_as_they_say():
+def test_exact_intervals_have_nominal_coverage():
     generator = np.random.default_rng(3)
     inside = np.zeros(3)
     repeats = 1500

@@ -36,7 +36,7 @@ def walk(segment, offset=0.0, methods=("narx", "complementary_filter"), seed=0):
     )
 
 
-def test_rows_have_the_columns_of_results_and_score_what_counts():
+def test_rows_have_the_columns_of_results_and_only_scored_samples():
     trial = walk("thigh_right")
     table = rows(trial)
     assert len(table) == 6

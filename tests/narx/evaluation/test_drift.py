@@ -120,7 +120,7 @@ def test_a_steady_hour_is_called_drift_as_often_as_said(kind, most):
     assert inside == np.mean([test.p_value > 0.05 for test in found])
 
 
-def test_blocks_within_windows_do_not_see_what_is_slower():
+def test_blocks_within_windows_miss_slower_fluctuations():
     """Why windows are the yardstick: blocks alone cry drift in many a steady hour."""
     generator = np.random.default_rng(6)
     ends = (BLOCKS_S < 300) | (BLOCKS_S >= 3300)

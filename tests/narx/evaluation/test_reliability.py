@@ -53,5 +53,5 @@ def test_the_standard_error_is_the_noise_of_one_instrument():
     ("reference", "estimate"),
     [([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]), ([1.0] * 6, [1.0] * 6), ([np.nan] * 9, [1.0] * 9)],
 )
-def test_too_little_says_nothing(reference, estimate):
+def test_too_few_targets_give_no_result(reference, estimate):
     assert reliability(reference, estimate) is None

@@ -32,7 +32,7 @@ def row(draw):
 
 @given(st.lists(row(), max_size=6))
 @settings(max_examples=100, deadline=None)
-def test_what_is_read_is_what_was_written(tmp_path_factory, table):
+def test_read_results_equal_written_ones(tmp_path_factory, table):
     path = tmp_path_factory.mktemp("results") / "results.csv"
     results = results_table(table)
     write_results(results, path)

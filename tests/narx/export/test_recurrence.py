@@ -68,7 +68,7 @@ def test_the_network_takes_over_after_enough_movement_as_in_the_package(checkpoi
     assert state[17:20].all()
 
 
-def test_a_missing_sample_leaves_all_but_the_time_alone(checkpoint):
+def test_a_missing_sample_changes_only_the_time(checkpoint):
     narx = ScriptedNarx(checkpoint)
     state = narx.start(torch.tensor([0.1, 0.2, 0.3]))
     for bad in (float("nan"), float("inf"), -3e38):

@@ -34,7 +34,7 @@ np.save("angles.npy", torch.stack(results).numpy())
 
 
 @pytest.mark.parametrize("checkpoint", ["default", "shortest_delays"], indirect=True)
-def test_a_process_with_torch_alone_gets_the_same_angles(checkpoint, rates, expected, tmp_path):
+def test_a_process_with_only_torch_gives_the_same_angles(checkpoint, rates, expected, tmp_path):
     write(checkpoint, tmp_path / "narx.pt", "torchscript")
     np.save(tmp_path / "rates.npy", rates)
     np.save(tmp_path / "start.npy", expected["known"][0])

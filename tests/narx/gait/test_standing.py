@@ -70,7 +70,7 @@ def test_a_missing_sample_is_not_still():
 
 
 @pytest.mark.parametrize("stands_after_s", [1.0, 4.0, 30.0])
-def test_start_and_stop_whatever_the_length_of_standing(stands_after_s):
+def test_start_and_stop_for_any_length_of_standing(stands_after_s):
     rates, force = recording(("still", 4), ("walk", 5), ("still", stands_after_s))
     assert start_and_stop(rates, force, RATE_HZ) == (399, 900)
 

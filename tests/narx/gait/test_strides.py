@@ -23,7 +23,7 @@ def test_every_stride_of_a_periodic_motion_is_one_period(rate_hz, durations_s):
                                atol=tolerance)  # fmt: skip
 
 
-def test_a_missing_sample_takes_its_stride_alone():
+def test_a_missing_sample_invalidates_only_its_stride():
     time = np.arange(0.0, 10.0, 0.01)
     values = np.stack([np.sin(time), np.cos(time)], axis=1)
     values[250, 1] = np.nan

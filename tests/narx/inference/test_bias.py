@@ -34,7 +34,7 @@ def test_sway_below_2_and_a_bias_below_10_deg_s_are_rest(mean_deg_s, scatter_deg
     ("mean_deg_s", "scatter_deg_s", "refused"),
     [(1.0, 4.9, False), (1.0, 5.1, True), (9.9, 0.1, False), (10.1, 0.1, True)],
 )
-def test_a_part_given_as_still_may_sway_by_5_deg_s(mean_deg_s, scatter_deg_s, refused):
+def test_a_part_declared_still_may_sway_by_5_deg_s(mean_deg_s, scatter_deg_s, refused):
     one = recording(mean_deg_s, scatter_deg_s)
     if refused:
         with pytest.raises(RecordingError, match="is not at rest"):

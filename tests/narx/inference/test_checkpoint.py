@@ -79,7 +79,7 @@ def test_the_same_checkpoint_is_the_same_file(checkpoint, path, tmp_path):
     assert other.read_bytes() == path.read_bytes()
 
 
-def test_it_holds_plain_data_alone(path):
+def test_it_contains_only_plain_data(path):
     content = torch.load(path, weights_only=True)
     assert set(content) == {
         "format", "model", "weights", "start_up", "axis_scaling", "error_std_rad",

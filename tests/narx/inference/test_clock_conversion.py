@@ -57,7 +57,7 @@ def test_too_short(n):
         ClockConversion(np.arange(n) * 0.01, 0.05, "walk")
 
 
-def test_a_column_that_nobody_knows_leaves_the_others_alone():
+def test_an_unobserved_column_does_not_affect_the_others():
     time = np.arange(200) * 0.01
     conversion = ClockConversion(time, 0.05, "x")
     values = np.tile([0.5, np.nan], (len(conversion.clock_s), 1))

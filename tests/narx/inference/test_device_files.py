@@ -73,7 +73,7 @@ def _slower_accelerometer(walk):
         (_slower_accelerometer, "on one time axis"),
     ],
 )
-def test_what_can_be_mended_gives_the_plain_files_angles(run, walk, columns, note):
+def test_correctable_files_give_the_angles_of_the_plain_file(run, walk, columns, note):
     result = run(columns(walk), frame="anatomical")
     error = walk.error_sd_deg(result.time_s, result.angles_rad)
     assert (error < PLAIN_SD_DEG).all(), error
@@ -122,7 +122,7 @@ def test_clipping_is_said(run, walk):
                     for n, v in w.columns(True).items()}, {}, "mirrored frame"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_right_is_one_line(run, walk, columns, options, message):
+def test_implausible_files_are_refused_in_one_line(run, walk, columns, options, message):
     with pytest.raises(RecordingError, match=f"^(walk.csv|.*/walk.csv): .*{message}") as caught:
         run(columns(walk), frame=options.pop("frame", "anatomical"), **options)
     assert "\n" not in str(caught.value)
@@ -140,7 +140,7 @@ def test_a_lost_stretch_is_said(run, walk):
     assert any(re.search(r"^1 gap longer than 0.1 s .* the network pauses there", n) for n in notes)
 
 
-def test_python_warns_of_what_was_done(walk):
+def test_python_warns_about_the_processing(walk):
     rate = walk.gyroscope_rad_s.copy()
     rate[900] = 30.0
     with pytest.warns(UserWarning, match="1 sample with a spike .* missing, the first at 18 s"):

@@ -156,7 +156,7 @@ def test_nothing_jumps_where_the_network_takes_over(motion, known):
     assert np.rad2deg(np.abs(jump)).max() < 0.1
 
 
-def test_without_start_up_it_is_the_network_alone(motion):
+def test_without_start_up_only_the_network_runs(motion):
     signals = motion("walking", duration_s=5.0).signals
     model = network(seed=2)
     for start in (None, np.array([0.3, 0.1, 0.0])):
@@ -167,7 +167,7 @@ def test_without_start_up_it_is_the_network_alone(motion):
         np.testing.assert_allclose(angles, alone.numpy(), rtol=0, atol=1e-14)
 
 
-def test_coupling_is_what_survives_a_turn(motion):
+def test_only_coupled_axes_are_right_after_a_turn(motion):
     turn = motion("half_turn", duration_s=40.0)
     after = turn.time_s > 30.0
     error_deg = {
@@ -192,7 +192,7 @@ def test_without_tilt_coupling_changes_nothing():
     assert not coupled[:, 1:].any()
 
 
-def test_own_scaling_is_training_scaling_for_a_linear_network_and_another_for_a_bent_one(motion):
+def test_own_scaling_equals_training_scaling_only_for_a_linear_network(motion):
     signals = motion("walking", duration_s=15.0).signals
 
     def angles(scaling, **options):

@@ -62,7 +62,7 @@ def test_known_start_gives_the_true_angles(walk):
 
 
 @pytest.mark.parametrize("method", [INTEGRATING, NETWORK])
-def test_a_uniform_recording_gets_what_the_method_says(walk, method):
+def test_a_uniform_recording_gets_the_angles_of_the_method(walk, method):
     result = predict(
         sensor_on(walk), method, frame="anatomical", start_pose="known", remove_bias=False
     )
@@ -161,7 +161,7 @@ def test_bias_is_found_in_the_still_part(walk):
     assert np.abs(left_in.angles_rad - clean.angles_rad).max() > np.radians(1.0)
 
 
-def test_a_walk_without_rest_keeps_its_bias_and_says_so(motion, tmp_path):
+def test_a_walk_without_rest_keeps_its_bias_with_a_note(motion, tmp_path):
     walking = sensor_on(motion("walking"))
     cut = walking.gyroscope_rad_s[300:]
     save(checkpoint(5.0), tmp_path / "net.pt")
@@ -228,7 +228,7 @@ def test_wrong_choices_are_one_line(walk, options, message):
         predict(sensor_on(walk), NETWORK, where="file.csv", **options)
 
 
-def test_what_a_recording_lacks_is_said(walk, motion):
+def test_missing_data_are_reported(walk, motion):
     recording = sensor_on(walk)
     no_force = replace(recording, accelerometer_m_s2=np.full((recording.n_samples, 3), np.nan))
     with pytest.raises(RecordingError, match=r"^w: frame=walking needs an accelerometer"):
@@ -286,7 +286,7 @@ def test_a_bias_that_is_none_is_refused(walk, options, message):
         predict(sensor_on(walk), INTEGRATING, **options)
 
 
-def test_a_tracker_is_told_of_a_doubtful_bias_and_given_the_accelerometer(walk):
+def test_a_tracker_receives_bias_uncertainty_and_accelerometer(walk):
     walk = sensor_on(walk)
     model = Narx(100.0, Normalisation(3.0, 0.5))
     with torch.no_grad():

@@ -10,7 +10,7 @@ from narx.experiments.sources import combined_index, open_sources
 from narx.inference.pretrained import pretrained
 
 
-def test_it_is_stable_and_knows_where_it_comes_from():
+def test_it_is_stable_and_records_its_provenance():
     checkpoint = pretrained()
     stability = checkpoint.history["stability"]
     assert stability["largest_pole"] < 1.0

@@ -124,7 +124,7 @@ def test_without_rest_the_start_is_unknown(trial, method):
          {"align": "stamps"}, "no common time"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_one_line(trial, method, change, options, message):
+def test_invalid_input_is_refused_in_one_line(trial, method, change, options, message):
     with pytest.raises(UserError, match=message) as caught:
         predict_session(change(_sensors(trial)), method, **options)
     assert "\n" not in str(caught.value)

@@ -96,7 +96,7 @@ def test_tilted_turns_come_out_better_than_from_one_pass(motion):
 START_UP = StartUp(4.0, 3.0)
 
 
-def test_a_known_start_counts_alone_until_the_hand_over(motion):
+def test_only_the_forward_pass_is_used_until_the_hand_over_of_a_known_start(motion):
     walk = motion("walking", duration_s=40.0)
     smoothed, one = (method(START_UP, True, s).estimate(walk.signals) for s in (True, False))
     taken = len(START_UP.run(walk.signals.axis_rates_rad_s, 0.01, START_UP.begin(np.zeros(3))))
@@ -109,7 +109,7 @@ def test_a_known_start_counts_alone_until_the_hand_over(motion):
     assert np.rad2deg(jumps.max()) < 0.1
 
 
-def test_an_unknown_start_is_told_by_what_comes_later(motion):
+def test_an_unknown_start_is_corrected_by_later_samples(motion):
     """A leg that is bent by 30 degrees at first and then swings about zero."""
     walk = motion("walking", duration_s=40.0)
     first = np.deg2rad(30.0) * np.exp(-TIME_S[:4001] / 1.0)
@@ -175,7 +175,7 @@ def test_gaps_other_rates_and_own_scales(motion):
         assert np.rad2deg(np.abs(error[2000:, :2]).max()) < 3.0
 
 
-def test_it_does_not_stream_and_knows_no_standard_deviation(motion):
+def test_it_neither_streams_nor_predicts_a_standard_deviation(motion):
     smoothed = method(error_std_rad=np.ones(3))
     with pytest.raises(MethodNotApplicableError, match="smoothing needs the whole recording"):
         smoothed.recursion(100.0, 1, None)

@@ -83,7 +83,7 @@ def test_sensors_in_step_are_each_alone(method, rates):
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))])
-def test_a_copy_goes_on_by_itself(method, rates, copied):
+def test_a_copy_is_independent(method, rates, copied):
     angles, _ = whole(method, rates, None)
     stream = OrientationStream(method, RATE_HZ)
     stream.update_block(rates[:700])
@@ -106,7 +106,7 @@ def test_a_state_comes_back(method, rates):
             stream.load_state_dict(other)
 
 
-def test_quality_says_what_stands_behind_a_sample(method, rates):
+def test_quality_of_every_sample(method, rates):
     quality = OrientationStream(method, RATE_HZ).update_block(rates).quality
     assert quality[0] == Quality.MISSING
     assert quality[10] == Quality.STARTING

@@ -82,7 +82,7 @@ def test_sensors_in_step_and_copies_are_each_alone(method, lossy):
             np.testing.assert_array_equal(angles[sensor], whole(method, several[sensor])[0][900:])
 
 
-def test_quality_says_what_stands_behind_a_sample(method, lossy):
+def test_quality_of_every_sample(method, lossy):
     quality = OrientationStream(method, RATE_HZ).update_block(lossy).quality
     assert quality[0] == quality[1200] == quality[1520] == Quality.MISSING
     assert quality[10] == Quality.STARTING

@@ -198,7 +198,7 @@ def test_a_phone_that_goes_from_the_hand_into_the_pocket_is_not_taken_for_gait()
     assert off_deg(tracked(), walk, (12, 60)) < 3.0
 
 
-def test_the_standard_deviation_moves_with_what_is_known():
+def test_the_standard_deviation_follows_the_available_information():
     walk = Walk(90.0)
     signals, truth = walk.signals()
     rates = signals.axis_rates_rad_s.copy()

@@ -54,7 +54,7 @@ def test_left_leg_is_the_mirror_image_of_the_right(flexion, abduction, rotation,
         ("left", 2, None, [0, -1]),
     ],
 )
-def test_signs_by_what_the_shank_does(side, axis, far_end, front):
+def test_signs_by_the_motion_of_the_shank(side, axis, far_end, front):
     angles = np.zeros((1, 3))
     angles[0, axis] = np.deg2rad(10)
     distal = orientation_from_joint_angles(angles)

@@ -56,7 +56,7 @@ def test_rates_of_the_angles_are_those_of_a_small_rotation(angles_rad, rate_xyz)
     np.testing.assert_allclose(found, change / step_s, atol=1e-3)
 
 
-def test_the_heading_goes_on_beyond_half_a_turn():
+def test_the_heading_is_continuous_beyond_half_a_turn():
     heading = np.linspace(0.0, 6 * np.pi, 500)
     turning = orientation_from_angles(np.column_stack([0 * heading + 0.3, 0 * heading, heading]))
     np.testing.assert_allclose(angles_from_orientation(turning)[:, 2], heading, atol=1e-9)

@@ -108,7 +108,7 @@ def test_zero_in_zero_out_and_the_posture_is_added():
         torch.testing.assert_close(angles, POSTURE[:, None].expand(2, 40, 3), atol=1e-15, rtol=0)
 
 
-def test_only_an_odd_network_holds_its_biases():
+def test_only_an_odd_network_keeps_its_biases_at_zero():
     assert network().trainable.sum() == 15
     assert network(odd=False).trainable.all()
     structure = network().structure

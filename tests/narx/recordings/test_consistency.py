@@ -95,7 +95,7 @@ def test_recorded_walks_are_not_doubted(data_root):
                     assert message in contradiction(fit_rotation(*pair, rate_hz))
 
 
-def test_only_what_is_slower_than_1_5_hz_is_compared():
+def test_only_frequencies_below_1_5_hz_are_compared():
     """Impacts of a walk shake the accelerometer at 5 Hz without turning it."""
     time_s = np.arange(0.0, 40.0, 0.01)
     angle = 0.5 * np.sin(2 * np.pi * 0.8 * time_s)

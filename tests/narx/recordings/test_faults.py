@@ -47,7 +47,7 @@ def test_faults_become_missing_and_are_counted(walk, damage):
     assert any(what in note and note.startswith(str(len(wrong))) for note in notes)
 
 
-def test_a_clean_walk_is_left_alone(walk):
+def test_a_clean_walk_is_unchanged(walk):
     noise = np.random.default_rng(0).normal(0.0, 0.02, walk.gyroscope_rad_s.shape)
     for rate in (walk.gyroscope_rad_s, walk.gyroscope_rad_s + noise):
         found, notes = without_faults(walk.time_s, rate)
@@ -95,7 +95,7 @@ def test_a_spike_stands_out_eight_times_from_all_other_samples():
         assert np.isfinite(np.delete(found, 1500, axis=0)).all()
 
 
-def test_what_turns_by_less_than_two_degrees_at_once_is_no_spike():
+def test_a_jump_of_less_than_two_degrees_is_not_a_spike():
     time_s = np.arange(3000) / 100.0
     for turn_deg, is_spike in ((1.5, False), (3.0, True)):
         rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
@@ -103,7 +103,7 @@ def test_what_turns_by_less_than_two_degrees_at_once_is_no_spike():
         assert np.isnan(without_faults(time_s, rate)[0][1500]).all() == is_spike
 
 
-def test_an_impact_that_rings_is_no_spike():
+def test_an_impact_that_rings_is_not_a_spike():
     """A step stays away from where it came from."""
     rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
     rate[1500:, 1] += 3.0

@@ -35,7 +35,7 @@ def test_a_walk_passes_unchanged(walk):
         (lambda w: {"time_s": 1000 * w.time_s}, "milliseconds"),
     ],
 )
-def test_what_cannot_be_a_leg_is_refused(walk, change, message):
+def test_implausible_leg_motion_is_refused(walk, change, message):
     with pytest.raises(RecordingError, match=f"^w: .*{message}") as caught:
         admit(walk.recording(**change(walk)), "w")
     assert "\n" not in str(caught.value)

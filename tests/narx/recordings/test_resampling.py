@@ -54,7 +54,7 @@ def test_the_same_clock_changes_nothing():
     assert np.allclose(resample_vectors(time, values, time, max_gap_s=0.02), values, atol=1e-12)
 
 
-def test_what_the_new_rate_cannot_hold_is_filtered_out():
+def test_frequencies_above_the_new_nyquist_are_filtered_out():
     time = np.arange(0, 20.0, 1 / 500.0)
     clock = uniform_clock(0.0, time[-1], 100.0)
     above = np.sin(2 * np.pi * 90.0 * time)[:, None]  # would alias to 10 Hz

@@ -91,7 +91,7 @@ def test_repeated_and_exchanged_rows(device_walk):
         (lambda t: np.where(t == 1.0, np.nan, t), "the time is missing at data row 51"),
     ],
 )
-def test_what_is_no_clock_in_seconds_is_refused(device_walk, stamps, message):
+def test_times_that_are_not_seconds_are_refused(device_walk, stamps, message):
     walk = device_walk(50.0, 30.0)
     with pytest.raises(RecordingError, match=f"^w: .*{message}"):
         sampling_times(stamps(walk.time_s), walk.gyroscope_rad_s, "w")

@@ -41,7 +41,7 @@ class Walk:
         *(({"ideal": word}, 4, True) for word in ("yes", "on", "true", "YES", 1)),
     ],
 )
-def test_what_is_meant_is_taken(arguments, position, value):
+def test_intended_values_are_converted(arguments, position, value):
     taken = Walk(**arguments).given[position]
     assert taken == value
     assert type(taken) is type(value)
@@ -73,21 +73,21 @@ def test_what_is_meant_is_taken(arguments, position, value):
         ({"scales": 3}, "walk: scales is 3, expected a section of names"),
     ],
 )
-def test_what_is_not_allowed_is_named(arguments, line):
+def test_disallowed_values_are_named(arguments, line):
     with pytest.raises(UserError) as refusal:
         Walk(**arguments)
     assert str(refusal.value).startswith(line)
     assert "\n" not in str(refusal.value)
 
 
-def test_what_was_found_fits_into_a_line():
+def test_found_values_fit_into_one_line():
     assert shown("a\nb\x1b[31m") == r"'a\nb\x1b[31m'"
     assert len(shown("x" * 10_000)) < 80
     assert shown(10**5000) == "a number of thousands of digits"
     assert [shown(value) for value in (None, True, "x")] == ["null", "true", "'x'"]
 
 
-def test_what_is_expected_is_said_in_words():
+def test_expected_values_are_described_in_words():
     assert expected(Annotated[float, Field(ge=0, lt=1)]) == "a number of at least 0 and below 1"
     assert expected(Annotated[int, Field(ge=1)] | None) == "a whole number of at least 1 or null"
     assert expected(int | Literal["auto"]) == "a whole number or auto"

@@ -56,7 +56,7 @@ def test_knee_flexion_moves_the_foot_forwards_first_over_a_level_thigh(part):
     assert np.degrees(np.ptp(angles[f"hip_{side}"][:, 0])) < 6.0
 
 
-def test_nobody_moves_exactly_about_one_axis_or_twice_the_same():
+def test_movements_are_neither_exact_nor_identical():
     _, angles = _perform("hip_abduction_right")
     moving = np.degrees(angles["hip_right"])
     assert 0.3 < np.ptp(moving[:, 0]) < 15.0

@@ -59,7 +59,7 @@ def test_faster_walking_bends_the_knee_more():
     assert np.degrees(fast[swing].max() - slow[swing].max()) > 1.0
 
 
-def test_swinging_outwards_abducts_in_swing_alone():
+def test_swinging_outwards_abducts_only_in_swing():
     curves = joint_curves(1.0)
     hip = np.degrees(evaluate(swing_outwards(curves)["hip"] - curves["hip"], PHASE))
     assert 12.0 < hip[:, 1].max() < 15.0

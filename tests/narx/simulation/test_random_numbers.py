@@ -6,7 +6,7 @@ import pytest
 from narx.simulation.random_numbers import persistent_noise, smooth_noise, stream
 
 
-def test_streams_depend_on_their_names_alone():
+def test_streams_depend_only_on_their_names():
     first = stream(1, "S1", "slow").standard_normal(5)
     stream(1, "S2", "slow").standard_normal(100)
     np.testing.assert_array_equal(first, stream(1, "S1", "slow").standard_normal(5))

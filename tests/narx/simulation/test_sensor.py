@@ -53,7 +53,7 @@ def test_gain_and_bias_act_as_said():
     np.testing.assert_allclose(reading[0], [1.5, 2.5, 2.7], atol=2e-4)
 
 
-def test_specimens_spread_as_the_data_sheet_says():
+def test_specimens_vary_as_in_the_data_sheet():
     model = SENSORS["physilog"].gyroscope
     rng = np.random.default_rng(0)
     specimens = [draw_triad_errors(rng, model) for _ in range(2000)]

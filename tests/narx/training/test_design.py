@@ -147,7 +147,7 @@ def test_torch_operations_on_a_device_have_the_cost_of_the_compiled_loop(coupled
 
 
 @pytest.mark.parametrize("name", OPTIMIZERS)
-def test_goes_on_from_a_trained_network(name):
+def test_continues_from_a_trained_network(name):
     optimizer = replace(OPTIMIZERS[name], iterations=3, restarts=1)
     trained, before = train(OPTIMIZERS["levenberg_marquardt"])
     further, after = train(optimizer, start=trained)

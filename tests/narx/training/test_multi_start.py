@@ -99,7 +99,7 @@ def test_a_horizon_that_is_none_is_refused():
         NetworkFit(inputs, targets, structure=DEFAULT, horizon=0)
 
 
-def test_every_iteration_is_told_with_the_costs_of_all_starts():
+def test_every_iteration_is_logged_with_the_costs_of_all_starts():
     stages, validation = curriculum()
     starts = random_starts(20, np.random.default_rng(0))
     told = []

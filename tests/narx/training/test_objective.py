@@ -82,7 +82,7 @@ def test_an_offset_does_not_matter_where_it_is_not_to(model, sequences):
     assert cost(bound, model, shifted) != pytest.approx(cost(bound, model, sequences), rel=0.1)
 
 
-def test_what_does_not_count_has_no_gradient(model, sequences):
+def test_unused_samples_have_no_gradient(model, sequences):
     targets = sequences.targets_rad.clone()
     targets[1:] = math.nan
     rates = sequences.rates_rad_s.clone()

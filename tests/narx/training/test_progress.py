@@ -62,7 +62,7 @@ def test_it_ends_with_the_same_network_and_the_same_log(monkeypatch, tmp_path, n
 
 
 @pytest.mark.parametrize("name", OPTIMIZERS)
-def test_what_was_done_before_the_cut_is_not_done_again(monkeypatch, tmp_path, name):
+def test_work_before_an_interruption_is_not_repeated(monkeypatch, tmp_path, name):
     monkeypatch.setattr(progress, "INTERVAL_S", 0.0)
     optimizer, n_iterations = OPTIMIZERS[name], len(trained(OPTIMIZERS[name], None)[1])
     with pytest.raises(CutOff):
@@ -83,7 +83,7 @@ def test_another_training_does_not_go_on_from_there(monkeypatch, tmp_path):
     )
 
 
-def test_a_damaged_state_costs_time_alone(monkeypatch, tmp_path):
+def test_a_damaged_state_costs_only_time(monkeypatch, tmp_path):
     monkeypatch.setattr(progress, "INTERVAL_S", 0.0)
     with pytest.raises(CutOff):
         trained(OPTIMIZERS["adam"], tmp_path, cut_after=9)
@@ -134,7 +134,7 @@ LEFT = ("checkpoint.pt", "results.csv", "metrics.json", "training.json", "angles
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
-def test_a_sweep_that_is_killed_within_its_trainings_goes_on(tmp_path):
+def test_a_sweep_killed_within_its_trainings_continues(tmp_path):
     optimizers = ("levenberg_marquardt", "lbfgs", "adam")
 
     def run(folder, victim):

@@ -57,7 +57,7 @@ def test_a_gap_cuts_own_arrays_in_two():
     assert second.signals.n_samples == len(rates) - 910
 
 
-def test_a_fold_gives_what_its_trial_gives(source):
+def test_a_fold_gives_the_same_as_its_trial(source):
     index = source.index().assign(source="simulated_gait")
     (fold,) = one_window(index, earliest_s=8.0, latest_s=10.0)
     trainer = Trainer(optimizer=QUICK, seed=3)

@@ -62,7 +62,7 @@ def test_works_with_a_data_loader():
     assert features[0].tolist() == [2.0, 1.0, 1.0, 0.0]
 
 
-def test_refuses_what_does_not_pair_up():
+def test_refuses_sequences_of_different_lengths():
     with pytest.raises(ValueError, match="output has shape"):
         LaggedWindows([np.zeros(4)], [np.zeros(5)])
     with pytest.raises(ValueError, match="lags must be positive"):

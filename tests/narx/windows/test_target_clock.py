@@ -77,7 +77,7 @@ def test_each_trial_has_its_own_lag_and_its_pieces_share_it():
         assert target_lag_s([sequence]) == pytest.approx(0.0, abs=1e-4)
 
 
-def test_what_does_not_follow_the_gyroscope_stays_as_it_is():
+def test_targets_that_do_not_follow_the_gyroscope_are_unchanged():
     still = walk(0.0)
     noise = np.random.default_rng(0).standard_normal(still.target_rad.shape)
     for target in (np.zeros_like(noise), noise, np.full_like(noise, np.nan)):
