@@ -197,6 +197,7 @@ def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
     return torch.from_numpy(array).reshape(shape).to(like.dtype)
 
 
+@lru_cache  # every evaluation of a cost asks for it
 def in_groups(n_sequences: int, n_starts: int) -> tuple[tuple[int, ...], NDArray[np.int64]]:
     """Arrange sequences and starts in groups of lanes, each a unit of work for a thread.
 
