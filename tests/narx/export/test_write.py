@@ -36,7 +36,7 @@ def needs(name):
         *(pytest.param(n, marks=pytest.mark.slow) for n in ("torch_export", "onnx")),
     ],
 )
-def test_a_file_says_what_it_is_and_not_where_it_was_made(checkpoint, name, tmp_path, request):
+def test_a_file_has_its_identity_but_no_paths(checkpoint, name, tmp_path, request):
     needs(name)
     about = write(checkpoint, tmp_path / FILES[name][0], name)
     assert sorted(path.name for path in tmp_path.iterdir()) == FILES[name]
@@ -78,7 +78,7 @@ def test_no_file_where_the_export_is_another_method(checkpoint, tmp_path, monkey
 
 
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
-def test_it_is_tried_on_what_may_come(checkpoint):
+def test_verification_signals_contain_losses_and_jitter(checkpoint):
     inputs, interval_s = verification.signals(checkpoint)
     rates = inputs[..., :3]
     missing = np.isnan(rates).any(axis=2)
