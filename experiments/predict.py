@@ -15,6 +15,7 @@ from narx.experiments.command import command
 from narx.experiments.predictions.angle_files import check_suffix
 from narx.experiments.predictions.bulk import is_bulk, jobs_of_files, run_all
 from narx.experiments.predictions.jobs import trial_jobs
+from narx.experiments.predictions.partitions import is_partitioned, part_jobs
 from narx.experiments.predictions.session import predict_files, session_files
 from narx.experiments.predictions.single import predict_file
 
@@ -34,6 +35,9 @@ def _predict(cfg: DictConfig) -> None:
     for source in sources:
         if target.exists() and source.exists() and target.samefile(source):
             raise UserError(f"output: '{target}' is also the input, expected another name")
+    if files is not None and is_partitioned(files, target):
+        run_all(part_jobs(cfg, files, target), target, cfg)
+        return
     check_suffix(target)
     if files is not None:
         predict_files(cfg, files, target)

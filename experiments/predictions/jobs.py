@@ -205,6 +205,24 @@ def trial_jobs(cfg: DictConfig, folder: Path) -> list[Job]:
     return jobs
 
 
+def key_of(state: str, cfg: DictConfig) -> str:
+    """Hash an input and the options.
+
+    Parameters
+    ----------
+    state : str
+        Changes when the input does.
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``.
+
+    Returns
+    -------
+    str
+        24 hexadecimal digits.
+    """
+    return _key(state, _options(cfg))
+
+
 def _key(state: str, options: str) -> str:
     return hashlib.sha256(f"{state}{options}".encode()).hexdigest()[:24]
 

@@ -88,13 +88,15 @@ class ArrayTable:
         return np.asarray(seconds, dtype=np.float64), (f"times count from {begin.isoformat()}",)
 
 
-def read_parquet(path: Path) -> ArrayTable:
+def read_parquet(path: Path, rows: tuple[int, int] | None = None) -> ArrayTable:
     """Open a Parquet file; columns are read one by one.
 
     Parameters
     ----------
     path : pathlib.Path
         The file.
+    rows : tuple of (int, int), optional
+        First row, and the row after the last; only the groups of rows that hold them are read.
 
     Returns
     -------
@@ -117,16 +119,25 @@ def read_parquet(path: Path) -> ArrayTable:
         raise RecordingError(f"{path}: not a whole Parquet file ({line})") from None
 
     # a recording takes seven columns; equal values take no space in the file
-    check_memory(path, 8 * metadata.num_rows * min(len(names), _COLUMNS) * _COPIES)
+    start, stop = rows or (0, metadata.num_rows)
+    check_memory(path, 8 * (stop - start) * min(len(names), _COLUMNS) * _COPIES)
+    ends = np.cumsum([metadata.row_group(g).num_rows for g in range(metadata.num_row_groups)])
+    groups = range(int(np.searchsorted(ends, start, "right")), int(np.searchsorted(ends, stop)) + 1)
 
-    def column(k: int) -> pd.Series:
+    def read(k: int) -> pd.Series:
         try:
-            return pd.read_parquet(path, columns=[names[k]])[names[k]]
+            if rows is None:
+                return pd.read_parquet(path, columns=[names[k]])[names[k]]
+            with pyarrow.parquet.ParquetFile(path) as file:
+                inside = [group for group in groups if group < len(ends)]
+                column = file.read_row_groups(inside, columns=[names[k]]).column(0)
+            skipped = start - (int(ends[groups[0] - 1]) if groups[0] else 0)
+            return column.slice(skipped, stop - start).to_pandas()
         except (pyarrow.ArrowException, OSError) as error:
             line = str(error).strip().splitlines()[0]
             raise RecordingError(f"{path}: column {names[k]} cannot be read ({line})") from None
 
-    return ArrayTable(path, names, column)
+    return ArrayTable(path, names, read)
 
 
 def read_mat_table(path: Path) -> ArrayTable:

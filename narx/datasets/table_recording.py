@@ -171,6 +171,35 @@ def recording_from(table: Table, layout: Layout | None, segment: str) -> ImuReco
     )
 
 
+def stamps_from(table: Table, layout: Layout | None) -> FloatArray:
+    """Read the time stamps alone.
+
+    Parameters
+    ----------
+    table : Table
+        The file.
+    layout : Layout, optional
+        Names of its columns; None detects the device from them.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+        As in the file, s.
+
+    Raises
+    ------
+    RecordingError
+        If the column is missing, or a stamp is.
+    """
+    where = str(table.path)
+    if layout is None:
+        layout = recognised(table.names, table.units, "\n".join(table.comments), where)
+    stamps, _ = _stamps(table, layout)
+    if not len(stamps) or not np.isfinite(stamps).all():
+        raise RecordingError(f"{where}: no time stamps, or some are missing")
+    return stamps
+
+
 def _vectors(table: Table, found: Found) -> FloatArray:
     columns = []
     for index, factor in zip(found.indices, found.factors, strict=True):

@@ -1,0 +1,92 @@
+"""A long session in parts: the same angles as at once, and the same bytes after a kill."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+SEGMENTS = ("thigh_right", "shank_right")
+INPUT = "input={thigh_right: in/thigh_right.parquet, shank_right: in/shank_right.parquet}"
+PARTS = ["partition_s=120", "format=parquet"]
+
+
+def _walk(time, scale):
+    """A stand of 4 s and then a walk in every minute: orientation of a segment, z up."""
+    walked = np.maximum(time % 60.0 - 4.0, 0.0)
+    ramp = np.clip(np.minimum(walked, 56.0 - walked), 0.0, 1.0)
+    phase = 2 * np.pi * 0.9 * walked
+    sagittal = scale * (18 * np.sin(phase) + 5 * np.sin(2 * phase + 0.9))
+    angles = [5 * np.sin(phase + 2.5), -4 * np.sin(phase + 1.2), -sagittal]
+    smooth = ramp**2 * (3 - 2 * ramp)
+    return Rotation.from_euler("ZXY", np.column_stack([smooth * one for one in angles]), True)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in").mkdir()
+    time, fine = np.arange(0.0, 360.0, 0.01), 1e-4
+    for segment, scale in zip(SEGMENTS, (1.0, 1.5), strict=True):
+        change = _walk(time - fine, scale).inv() * _walk(time + fine, scale)
+        rate = change.as_rotvec() / (2 * fine)
+        force = _walk(time, scale).inv().apply([0.0, 0.0, 9.81])
+        columns = {"time_s": time}
+        for k, axis in enumerate("xyz"):
+            columns[f"gyroscope_{axis}_rad_s"] = rate[:, k]
+            columns[f"accelerometer_{axis}_m_s2"] = force[:, k]
+        pd.DataFrame(columns).to_parquet(f"in/{segment}.parquet", row_group_size=5000)
+    return tmp_path
+
+
+def _written(folder):
+    return {path.name: path.read_bytes() for path in sorted(folder.glob("*_angles.parquet"))}
+
+
+@pytest.mark.slow
+def test_parts_are_the_whole_and_a_kill_costs_no_bytes(run_command, folder):
+    status, out, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
+    assert (status, err) == (0, "")
+    expected = _written(folder / "day")
+    assert list(expected) == ["0000_angles.parquet", "0001_angles.parquet", "0002_angles.parquet"]
+    parts = pd.concat([pd.read_parquet(folder / "day" / name) for name in expected])
+    status, _, err, _ = run_command("predict", INPUT, "output=whole.parquet")
+    assert (status, err) == (0, "")
+    whole = pd.read_parquet("whole.parquet")
+    # one clock throughout, no sample twice or lost
+    np.testing.assert_allclose(parts.time_s, whole.time_s, atol=1e-9)
+    name = "knee_right_sagittal_deg"
+    difference = parts[name].to_numpy() - whole[name].to_numpy()
+    # each part has its own calibration and, but for the first, no zero from standing
+    for begin in (3000, 12_000, 24_000):
+        assert np.nanstd(difference[begin : begin + 9000]) < 2.0
+    # as a kill leaves it
+    journal = folder / "day" / ".finished.jsonl"
+    lines = journal.read_text("utf-8").splitlines()
+    assert json.loads(lines[0])["file"] == "0000"
+    journal.write_text(lines[0] + "\n" + lines[1][:30], "utf-8")
+    (folder / "day" / "0001_angles.parquet").unlink()
+    (folder / "day" / "0002_angles.parquet").unlink()
+    status, out, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
+    assert (status, err) == (0, "")
+    assert "1 of 3 files finished before" in out
+    assert _written(folder / "day") == expected
+
+
+def test_a_long_session_needs_a_folder(run_command, folder, monkeypatch):
+    monkeypatch.setattr("narx.experiments.predictions.partitions._MANY_ROWS", 1000)
+    status, _, err, _ = run_command("predict", INPUT, "output=whole.parquet")
+    assert status == 2
+    assert "which are predicted in parts; expected a folder" in err
+
+
+def test_wrong_clocks_are_one_line(run_command, folder):
+    path = folder / "in" / "shank_right.parquet"
+    table = pd.read_parquet(path)
+    table.assign(time_s=table.time_s + 1000.0).to_parquet(path)
+    status, _, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
+    assert (status, "the sensors have no time in common" in err) == (2, True)
+    table.assign(time_s=table.time_s.to_numpy()[::-1]).to_parquet(path)
+    status, _, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
+    assert (status, "shank_right.parquet: time goes back" in err) == (2, True)
