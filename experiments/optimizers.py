@@ -36,12 +36,12 @@ from narx.windows import TrainingSequence, from_arrays
 PLAIN_ARRAYS = "plain_arrays"
 _COLUMNS = ("Held-back error (°)", "Cost evaluations", "CPU time (s)")
 
-# sequences to train on and to choose by; the end of the first where there are none of the second
+# sequences for training and for validation; without the latter, the end of the former is held out
 _Data = tuple[list[TrainingSequence], list[TrainingSequence]]
 
 
 class _Timed:
-    """An optimiser whose processor time is taken: other load on the machine hardly changes it."""
+    """An optimiser with measurement of its CPU time, which hardly depends on other load."""
 
     def __init__(self, optimizer: Optimizer) -> None:
         self._optimizer = optimizer
@@ -56,12 +56,12 @@ class _Timed:
 
 
 def plain_arrays(seed: int) -> list[TrainingSequence]:
-    """Make three recordings as a user's own arrays could be.
+    """Create three recordings similar to a user's arrays.
 
     Parameters
     ----------
     seed : int
-        Of noise and of what differs between the recordings.
+        Seed of the noise and of the differences between the recordings.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def _data(cfg: DictConfig, kind: str) -> _Data:
 
 def _row(trained_by: Trainer, data: _Data) -> dict[str, float]:
     optimizer: Any = trained_by.optimizer
-    # machine code is compiled or loaded outside of the time that is taken
+    # compile or load the machine code before the time is measured
     replace(trained_by, optimizer=replace(optimizer, restarts=1, iterations=1)).fit(*data)
     timed = _Timed(optimizer)
     replace(trained_by, optimizer=timed).fit(*data)
@@ -128,7 +128,7 @@ def _row(trained_by: Trainer, data: _Data) -> dict[str, float]:
 def _optimizers(cfg: DictConfig) -> None:
     seed_everything(cfg.seed)
     directory = run_directory()
-    # all are checked before the first runs
+    # every optimiser is checked before the first one runs
     settings = {
         (kind, name): _configured(cfg, kind, name) for kind in cfg.data for name in cfg.optimizers
     }

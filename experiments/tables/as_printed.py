@@ -1,4 +1,4 @@
-"""The training of Tham et al. as printed: spread over draws, beside variants."""
+"""The training of Tham et al. as printed: spread over draws, compared with variants."""
 
 import pandas as pd
 
@@ -6,7 +6,7 @@ from narx.experiments.published import published
 from narx.experiments.tables.table import Table
 from narx.kinematics.segment_angles import AXES
 
-# an error in closed loop on its own window beyond which a training has failed, deg
+# a training with a larger closed-loop error on its own window has failed, deg
 FAILED_DEG = 10.0
 
 
@@ -16,13 +16,13 @@ def as_printed_table(results: pd.DataFrame) -> Table:
     Parameters
     ----------
     results : pandas.DataFrame
-        A row per variant and draw: ``variant``, ``draw``, ``neurons``, ``one_step_deg``,
+        One row per variant and draw: ``variant``, ``draw``, ``neurons``, ``one_step_deg``,
         ``closed_loop_deg`` and ``knee_sagittal_deg`` and so on.
 
     Returns
     -------
     Table
-        A row per variant with median and quartiles over draws, and the printed values below.
+        One row per variant with median and quartiles over draws, and the published values below.
     """
     columns = {
         "one_step_deg": "one step ahead",

@@ -1,4 +1,4 @@
-"""A user's own recordings, described by a `study.yaml` beside them (docs/own_recordings.md)."""
+"""A user's recordings, described by a `study.yaml` in their folder (docs/own_recordings.md)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -35,7 +35,7 @@ class StudyTrial:
     Parameters
     ----------
     settings : TrialSettings
-        What holds for this trial.
+        Settings of this trial.
     sensors, references : dict of str to str
         Paths below the study's folder.
     calibration : dict of str to dict of str to str
@@ -82,7 +82,7 @@ class Study(TrialSource):
 
     @classmethod
     def files(cls, root: Path) -> list[Path]:
-        """List what the trials are read from.
+        """List the files from which the trials are read.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class Study(TrialSource):
                 f"{_MIN_REST_S:g} s of standing still"
             )
         if stands and settings.still_s is None:
-            notes.append("a rest at the start is taken for the calibration posture")
+            notes.append("the rest at the start is assumed to be the calibration posture")
         return Trial(
             dataset=self.name,
             subject=subject,
@@ -304,7 +304,7 @@ def _applies(one: TrialSettings, key: Key) -> bool:
 
 
 def _settings(study: StudyFile, key: Key) -> TrialSettings:
-    """The study's values, replaced by those of the entries that match, a later one winning."""
+    """The study's values, replaced by those of matching entries; later entries take precedence."""
     names = ("still_s", "walking_s", "straight", "start_pose")
     values = {name: getattr(study, name) for name in names}
     for one in study.trials:

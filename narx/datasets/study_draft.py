@@ -1,4 +1,4 @@
-"""A first `study.yaml` from the names of the files in a folder, and what was guessed."""
+"""Draft a `study.yaml` from the file names in a folder, and list the guesses."""
 
 import re
 from dataclasses import dataclass, field
@@ -28,14 +28,14 @@ _SIDES = {"r": "right", "l": "left"}
 
 @dataclass
 class Draft:
-    """Text of a ``study.yaml``, and where it comes from.
+    """Text of a ``study.yaml``, and the guesses behind it.
 
     Parameters
     ----------
     text : str
         YAML.
     guesses : list of str
-        A line for each pattern and what it was taken for, and for each file that was not used.
+        One line for each pattern with its interpretation, and for each file that was not used.
     """
 
     text: str
@@ -58,13 +58,13 @@ def draft_study(folder: Path) -> Draft:
     Parameters
     ----------
     folder : pathlib.Path
-        With recordings, in folders or not.
+        Folder with recordings, possibly in subfolders.
 
     Returns
     -------
     Draft
-        The first folder is taken for the subject, the second for the condition, what else is in a
-        name for the trial. One file of each pattern is read to see what is in it.
+        The first folder is interpreted as the subject, the second as the condition, the rest of
+        the name as the trial. One file of each pattern is read to determine its content.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def _pattern_of(path: str) -> tuple[str, str | None, str | None]:
 
 
 def _fields(text: str, has_subject: bool, part: str | None) -> str:
-    """Turn what is left of a name into fields, keeping what tells a part or a reference."""
+    """Convert the rest of a name to fields, keeping the text that marks a part or a reference."""
     kept = _REFERENCE.search(text)
     if part is not None:
         kept = _PARTS[part.removesuffix("_right").removesuffix("_left")].search(text) or kept
@@ -171,7 +171,7 @@ def _fields(text: str, has_subject: bool, part: str | None) -> str:
 
 
 def _content_of(path: Path) -> str:
-    """Return `sensor`, `reference`, or why it is neither."""
+    """Return `sensor`, `reference`, or the reason why it is neither."""
     try:
         read_recording(path)
         return "sensor"

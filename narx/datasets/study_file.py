@@ -1,4 +1,4 @@
-"""Content of a `study.yaml`: whose recording a file is, of which trial, segment and sensor."""
+"""Content of a `study.yaml`: subject, trial, segment and sensor of every file."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -39,7 +39,7 @@ class ReferenceFiles(_Section):
 
 
 class TrialSettings(_Section):
-    """What holds for some trials only; names that are left out match every trial."""
+    """Settings of selected trials; omitted names match every trial."""
 
     subject: Name | None = None
     condition: Name | None = None

@@ -22,8 +22,8 @@ class FilePattern:
         ``{any}`` and ``*`` stand for anything but a slash, ``**`` for any folders. A field that
         occurs twice has the same value in both places.
     segments : mapping of str to str
-        What ``{segment}`` may be in a name, and the segment that it means. If empty, ``{segment}``
-        is the name of a body part with its side, such as ``thigh_right``, ``LShank``, ``r_foot``.
+        Segment for each value of ``{segment}`` in a name. If empty, ``{segment}`` is the name of a
+        body part with its side, such as ``thigh_right``, ``LShank``, ``r_foot``.
     where : str
         Key of the pattern, for messages.
 
@@ -65,7 +65,7 @@ class FilePattern:
     def _segment_expression(self) -> str:
         if not self._segments:
             return SEGMENT_PATTERN
-        # the longest first, since one name may begin with another
+        # the longest first, since one name may be the start of another
         names = sorted(self._segments, key=len, reverse=True)
         return "|".join(re.escape(name) for name in names)
 
@@ -93,14 +93,14 @@ class FilePattern:
 
 
 def files_below(folder: Path, left_out: Collection[str] = ()) -> list[str]:
-    """List what may be a recording.
+    """List the paths that may be recordings.
 
     Parameters
     ----------
     folder : pathlib.Path
         The study's folder.
     left_out : collection of str
-        Paths that are none.
+        Paths to exclude.
 
     Returns
     -------

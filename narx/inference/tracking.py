@@ -1,4 +1,4 @@
-"""A tracker at work (`narx.inference.tracker`): its state, and what it gives for every sample."""
+"""A running tracker (`narx.inference.tracker`): its state, and its output for every sample."""
 
 import copy
 import math
@@ -21,9 +21,9 @@ class Tracked(NamedTuple):
     angles_rad : ndarray, shape (N, 3)
         Sagittal, frontal and transverse angle.
     std_rad : ndarray, shape (N, 3)
-        Standard deviation of their error, as far as the model is right.
+        Standard deviation of their error according to the model.
     by_network : ndarray of bool, shape (N,)
-        Whether the network carried the angle; False while the rates were integrated.
+        Whether the network propagated the angle; False while the rates were integrated.
     """
 
     angles_rad: FloatArray
@@ -31,12 +31,12 @@ class Tracked(NamedTuple):
     by_network: BoolArray
 
     def reversed(self) -> "Tracked":
-        """Return the same with time reversed.
+        """Return the output in reversed order.
 
         Returns
         -------
         Tracked
-            Last sample first.
+            The output, last sample first.
         """
         return Tracked(self.angles_rad[::-1], self.std_rad[::-1], self.by_network[::-1])
 
@@ -49,9 +49,9 @@ class Tracking:
     tracker : PostureTracker
         Parameters.
     model : Narx or LinearRecursion
-        Carries the angles; if a network, a coupled one.
+        Propagates the angles; a network must be coupled.
     initial_angles_rad : ndarray, shape (3,), optional
-        Known start pose; None where it is unknown.
+        Known start pose; None if it is unknown.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class Tracking:
 
     @property
     def packed(self) -> FloatArray:
-        """The state as one vector: estimate, covariance, scalars, rates and angles of before."""
+        """The state as one vector: estimate, covariance, scalars, past rates and angles."""
         parts = (self.x, self.covariance, self.scalars, self.rates, self.past)
         return np.concatenate([part.ravel() for part in parts])
 
@@ -120,7 +120,7 @@ class Tracking:
         Returns
         -------
         Tracked
-            Of these samples.
+            Output for these samples.
         """
         rates = np.ascontiguousarray(axis_rates_rad_s, dtype=np.float64)
         force = np.ascontiguousarray(specific_force_m_s2, dtype=np.float64)
@@ -167,12 +167,12 @@ def follow(tracking: Tracking, inputs: FloatArray, aided: bool, smoothing: bool)
     aided : bool
         Whether the accelerometer is used.
     smoothing : bool
-        Run backwards as well and average by the variances.
+        Also run backwards, and average both passes weighted by their variances.
 
     Returns
     -------
     Tracked
-        Of all samples.
+        Output for all samples.
     """
     rates = inputs[:, :3]
     force = inputs[:, 3:] if aided else rates

@@ -92,7 +92,7 @@ class MultiStartResult:
 
 
 class _Group:
-    """Starts that are trained together, through all stages, from where they were cut off.
+    """Starts that are trained together through all stages; an interrupted training is continued.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""The lag of target angles behind the gyroscope, and targets without it.
+"""Estimate and remove the lag of target angles behind the gyroscope.
 
-A reference on a clock of its own is late or early by some milliseconds even after its recording
-was aligned, and a network would learn that lag: its input taps are free to delay.
+A reference with a separate clock is late or early by some milliseconds even after its recording
+was aligned, and a network would learn that lag, because its input taps can represent a delay.
 """
 
 from collections.abc import Sequence
@@ -17,11 +17,11 @@ from narx.recordings.resampling import resample_vectors
 from narx.types import FloatArray
 from narx.windows.sequences import TrainingSequence
 
-# over which changes are compared: long enough for the strides to count, not their tremor
+# interval over which changes are compared, s: long enough to exclude tremor
 _INTERVAL_S = 0.25
-# beyond this the recording's clocks were never brought together
+# a larger lag means that the recording's clocks have not been aligned
 _LONGEST_LAG_S = 0.05
-# below this share of explained variance, target and gyroscope are not the same motion
+# with a smaller share of explained variance, target and gyroscope are different motions
 _LEAST_EXPLAINED = 0.5
 _MIN_INCREMENTS = 100
 
@@ -32,13 +32,13 @@ def target_lag_s(sequences: Sequence[TrainingSequence]) -> float | None:
     Parameters
     ----------
     sequences : sequence of TrainingSequence
-        Of one clock.
+        Sequences with the same clock.
 
     Returns
     -------
     float or None
         Lag of the targets behind the gyroscope, s, resolved below one sample; negative if they
-        are early. None where they do not follow the gyroscope closely enough to be compared.
+        are early. None if they do not follow the gyroscope closely enough.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def target_lag_s(sequences: Sequence[TrainingSequence]) -> float | None:
         )
     if lag_s is None:
         return None
-    # once more, with the tilt of the right time
+    # repeated with the tilt at the corrected time
     return lag_s + (_lag_s([_earlier(sequence, lag_s) for sequence in sequences]) or 0.0)
 
 
@@ -89,7 +89,7 @@ def on_gyroscope_clock(sequences: Sequence[TrainingSequence]) -> list[TrainingSe
     Parameters
     ----------
     sequences : sequence of TrainingSequence
-        Those of one name have one clock.
+        Sequences; those with the same name have the same clock.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def _earlier(sequence: TrainingSequence, lag_s: float) -> TrainingSequence:
 
 
 class _Motion:
-    """Changes of the target's sagittal and frontal angle, and the gyroscope's part in them."""
+    """Changes of the target's sagittal and frontal angle, and those measured by the gyroscope."""
 
     def __init__(self, sequence: TrainingSequence) -> None:
         signals, target = sequence.signals, sequence.target_rad

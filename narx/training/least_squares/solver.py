@@ -20,13 +20,13 @@ from narx.training.least_squares.stopping import CODES, ResultCode, Stopping
 from narx.types import FloatArray
 
 _HISTORY = ("cost", "damping", "gradient")
-# what changes from iteration to iteration
+# attributes that change from iteration to iteration
 _STATE = (
     "weights", "products", "cost", "decay", "codes", "mu", "growth", "mu_unit", "n_evaluations",
 )  # fmt: skip
-# of mu, relative to the largest diagonal entry for the identity
+# first mu, relative to the largest diagonal entry for the identity
 _FIRST_MU = 1e-3
-# beyond the second the solver stops
+# smallest and largest mu; the solver stops beyond the largest
 _MU_BOUNDS = (1e-18, 1e10)
 
 
@@ -105,7 +105,7 @@ def levenberg_marquardt(
     log : callable, optional
         Called after each iteration with the starts' costs, NaN where one has stopped.
     state : mapping of str to object, optional
-        State to go on from, of an earlier call with the same arguments.
+        State of an earlier call with the same arguments, from which to continue.
     keep : callable, optional
         Called after each iteration with a function that returns the state.
 

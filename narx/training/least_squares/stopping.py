@@ -47,7 +47,7 @@ class Stopping:
     cost_change : float
         Decrease of the cost by an accepted step, relative.
     squares : float
-        Sum of squared residuals that is low enough.
+        Sum of squared residuals at which to stop.
     """
 
     max_evaluations: int = 100
