@@ -141,3 +141,36 @@ def test_the_first_stride_counts_wholly_and_each_later_one_by_its_weight():
     left = (1 - changed[2:5]) / (1 - changed[1:4])
     assert (later > 1).all()
     np.testing.assert_allclose(left, 0.7, atol=0.03)
+
+
+def test_half_of_the_samples_missing_at_random_do_not_matter():
+    """Over pairs of valid samples, not over all: a quarter of the pairs is left."""
+    rate = thigh_rate(0.9, 100.0, 40.0)
+    rate[np.random.default_rng(3).random(len(rate)) < 0.5] = np.nan
+    assert stride_frequency_hz(rate, 100.0) == pytest.approx(0.9, rel=0.06)
+
+
+def test_a_frequency_above_the_range_is_that_of_two_strides():
+    rate = np.cos(2 * np.pi * 2.5 * np.arange(4000) / 100.0)
+    assert stride_frequency_hz(rate, 100.0) == pytest.approx(1.25, rel=0.01)
+
+
+def test_one_bump_at_either_end_is_no_stride():
+    """Their lag is covered by too few pairs to count."""
+    rate = np.zeros(260)
+    bump = 3.0 * np.sin(np.pi * np.arange(20) / 20)
+    rate[:20], rate[-20:] = bump, bump
+    assert np.isnan(stride_frequency_hz(rate, 100.0))
+
+
+@pytest.mark.parametrize("stride_hz", [3.0, 0.25])
+def test_the_tracker_leaves_out_what_is_no_stride(stride_hz):
+    rate = 2.0 * np.cos(2 * np.pi * stride_hz * np.arange(6000) / 100.0)
+    np.testing.assert_allclose(StrideFrequencyTracker().follow(rate, 100.0), 0.9)
+
+
+def test_the_low_pass_of_the_tracker_lets_strides_pass():
+    """At 3 Hz it leaves 0.96 of a stride at 0.9 Hz: 0.2 rad/s RMS, above the least that counts."""
+    rate = 0.3 * np.cos(2 * np.pi * 0.9 * np.arange(6000) / 100.0)
+    followed = StrideFrequencyTracker(start_frequency_hz=1.3).follow(rate, 100.0)
+    assert followed[-1] == pytest.approx(0.9, rel=0.01)
