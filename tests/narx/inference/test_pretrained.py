@@ -29,7 +29,12 @@ def test_its_command_makes_it_again(data_root, request):
     with initialize_config_dir(str(folder), version_base="1.3"):
         cfg = compose(
             "train",
-            overrides=["data=smartphone_pocket", f"data_root={data_root}", "split=everything"],
+            overrides=[
+                "data=smartphone_pocket",
+                f"data_root={data_root}",
+                "split=everything",
+                "optimizer.prior_deg2=10",
+            ],
         )
     sources = open_sources(cfg)
     index = combined_index(sources)
