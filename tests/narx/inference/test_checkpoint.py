@@ -213,10 +213,10 @@ def changed_unsealed(path):
 @pytest.mark.parametrize(
     ("damage", "reason"),
     [
-        (truncated, "no archive"),
-        (empty, "no archive"),
-        (text, "no archive"),
-        (hostile, "no archive"),
+        (truncated, "not an archive"),
+        (empty, "not an archive"),
+        (text, "not an archive"),
+        (hostile, "not an archive"),
         (large, "33554432 bytes, expected at most 16777216"),
         (compressed, "compressed"),
         (unpickled(Code()), "more than numbers, strings and tensors"),
