@@ -178,7 +178,7 @@ def test_files_named_one_by_one(folder):
         ('files: "{who}.csv"', "no field {who}, expected {subject}"),
         ('files: "{subject}/x_{segment}.csv"', "which no file matches; there are anna/"),
         ('files: "**/*_{segment}.csv"', "are both 'shank_right' of one trial"),
-        (_WHOLE + "still_s: [3, 1]", "does not begin before it ends"),
+        (_WHOLE + "still_s: [3, 1]", "does not start before it ends"),
         (_WHOLE + "sampling_rate_hz: 1", "sampling_rate_hz is 1,"),
         (_WHOLE + "trials: [{subject: carl}]", "trials.0 matches none; there are anna/walk/walk1"),
         (_WHOLE + "trials: [{left_out: true}]", "all trials are left out"),
