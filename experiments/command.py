@@ -176,9 +176,9 @@ def _profiled(function: Callable[[DictConfig], object], cfg: DictConfig, folder:
 
 def _interrupted(begun: bool) -> int:
     if SweepReport.current is None:
-        # a command without a folder for its run finds again what it has written
-        how = "does the rest" if begun else "starts again"
-        _print_interrupted(f"the same command {how}")
+        # a command without a run folder finds its own output again
+        how = "do the rest" if begun else "start again"
+        _print_interrupted(f"repeat the command to {how}")
     else:
         SweepReport.current.report()
         _print_interrupted("repeat the command to run the unfinished jobs")

@@ -1,4 +1,4 @@
-"""Ctrl-C in a single run: one line says how to go on, what is finished is kept."""
+"""Ctrl-C in a single run: one line says how to continue, finished work is kept."""
 
 import json
 import os
@@ -64,8 +64,8 @@ def test_a_training(tmp_path, in_the_fit):
         lambda: any(folder.glob("last/*.pt")) if in_the_fit else state(folder) == "started",
     )
     assert lines == [
-        f"interrupted: what is finished is kept; the same command with hydra.run.dir={folder} "
-        "goes on"
+        f"interrupted: finished work is kept; repeat the command with hydra.run.dir={folder} "
+        "to continue"
     ]
     assert state(folder) == "interrupted"
     assert any(folder.glob("last/*.pt")) == in_the_fit
@@ -80,7 +80,7 @@ def test_a_benchmark(tmp_path):
     overrides = ("debug=tiny", "methods=[zero,narx]", "optimizer=adam", "hydra.run.dir=run")
     process = launch("benchmark", *overrides, "optimizer.iterations=200000", folder=tmp_path)
     (line,) = interrupted(process, lambda: state(folder) == "started")
-    assert line.endswith(f"the same command with hydra.run.dir={folder} goes on")
+    assert line.endswith(f"repeat the command with hydra.run.dir={folder} to continue")
     assert not (folder / "results.csv").exists()
 
 
@@ -93,7 +93,7 @@ def test_angles_of_many_files(tmp_path):
     call = ("predict", "input=walks", "output=angles")
     process = launch(*call, folder=tmp_path)
     lines = interrupted(process, lambda: any(angles.glob("[0-9]*.csv")))
-    assert lines == ["interrupted: what is finished is kept; the same command does the rest"]
+    assert lines == ["interrupted: finished work is kept; repeat the command to do the rest"]
     assert 0 < len(list(angles.glob("[0-9]*.csv"))) < 24
     assert "finished before, left as they are" in to_the_end(launch(*call, folder=tmp_path))
     assert len(list(angles.glob("[0-9]*.csv"))) == 24

@@ -79,5 +79,5 @@ expect [ "$status" = 2 ]
 expect [ "$(ls sweep/*/checkpoint.pt | wc -l)" = 2 ]
 expect [ "$(grep -c '^error: job 1 (model.hidden=0): model.hidden is ' said)" = 1 ]
 sweep >/dev/null || true
-expect [ "$(cat sweep/.submitit/*/*.out | grep -c 'finished before')" = 2 ]
+expect [ "$(cat sweep/.submitit/*/*.out | grep -c 'already finished')" = 2 ]
 echo "slurm: two jobs finished, one refused in a line; the same sweep again did nothing anew"

@@ -127,7 +127,7 @@ def test_wrong_segments_and_parts_are_named(source):
         (np.zeros((500, 3)), np.zeros((400, 3)), 100.0, r"angles_rad has shape \(400, 3\)"),
         (np.zeros((500, 3)), np.zeros((500, 3)), -1.0, "sampling_rate_hz is -1"),
         (np.full((500, 3), np.inf), np.zeros((500, 3)), 100.0, "infinite at sample 0"),
-        (np.zeros((100, 3)), np.zeros((100, 3)), 100.0, "no stretch of 2 s"),
+        (np.zeros((100, 3)), np.zeros((100, 3)), 100.0, "no part of 2 s"),
     ],
 )
 def test_arrays_that_are_none_are_refused(rates, angles, rate_hz, message):
