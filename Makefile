@@ -2,6 +2,7 @@
 # make demo        two simulated recordings, thigh and shank, to knee angles and a picture of the strides
 # make test        lint, types, docstrings, tests with coverage
 # make speed       add the peers, then the speed benchmark
+# make embedded    what the methods cost on an 8-bit microcontroller (gcc-avr avr-libc simavr)
 # make mutants    mutation testing of one package: ROOM=kinematics
 # make release    sdist and wheel from the committed files, checked, installed, used
 # make docs        the documentation as a site, into site/
@@ -13,7 +14,7 @@ PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint const
 OVERRIDES ?=
 ROOM ?= kinematics
 
-.PHONY: benchmark demo test mutants release docs speed clean
+.PHONY: benchmark demo test mutants release docs speed embedded clean
 
 benchmark: $(VENV)/.run
 	$(BIN)/python -m experiments.benchmark $(OVERRIDES)
@@ -41,6 +42,9 @@ docs: $(VENV)/.dev
 
 speed: $(VENV)/.peers
 	$(BIN)/python -m experiments.speed $(OVERRIDES)
+
+embedded: $(VENV)/.run
+	$(BIN)/python -m experiments.embedded
 
 # torch goes first: with it installed, no other package can ask for another build
 $(VENV)/.run: pyproject.toml constraints.txt

@@ -1,4 +1,4 @@
-"""The tracker's numbers where times are compared: the same decisions in float32.
+"""The tracker's numbers and matrices for exports: the same decisions and accuracy in float32.
 
 The package adds intervals up and compares their sum. In another precision the sum has other last
 digits, so exports compare with a time between two samples instead.
@@ -56,3 +56,74 @@ def exported_numbers(tracker: PostureTracker, model: Narx) -> FloatArray:
     # once idle for this long or set to it after a gap, the leg does not walk
     numbers[kernel.IDLE_MOST] = between_samples(tracker.idle_s, interval_s, above=False)
     return numbers
+
+
+def relative(covariance: np.ndarray) -> np.ndarray:
+    """Turn a covariance into that of the angles relative to the posture.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (n, n)
+        Of the states in `narx.kernels.tracker`.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        The first three states less the three of the posture.
+    """
+    turned = np.eye(len(covariance))
+    turned[:3, kernel.CENTRE : kernel.CENTRE + 3] = -np.eye(3)
+    return np.asarray(turned @ covariance @ turned.T)
+
+
+def changes(n_states: int, interval_s: float) -> np.ndarray:
+    """Return what changes the relative states from sample to sample, apart from its factors.
+
+    Parameters
+    ----------
+    n_states : int
+        Of the tracker.
+    interval_s : float
+        Sampling interval, s.
+
+    Returns
+    -------
+    ndarray, shape (8, n_states, n_states)
+        For the leak, 1, the turn rate, the lean, the vertical force, the turn rate of the velocity,
+        the force that the frontal angle turns, and 1: the state itself.
+    """
+    parts = np.zeros((8, n_states, n_states))
+    for axis in range(3):
+        parts[0, axis, axis] = -1.0
+        parts[1, axis, kernel.BIAS + axis] = -interval_s
+    parts[3, 1, kernel.LEAN] = 1.0
+    for angle in (0, kernel.CENTRE):
+        parts[2, 0, angle + 1], parts[2, 1, angle] = -1.0, 1.0
+        if n_states == kernel.AIDED_STATES:
+            parts[4, kernel.VELOCITY, angle] = -interval_s
+            parts[6, kernel.VELOCITY + 1, angle + 1] = interval_s
+    if n_states == kernel.AIDED_STATES:
+        ahead, aside = kernel.VELOCITY, kernel.VELOCITY + 1
+        parts[5, ahead, aside], parts[5, aside, ahead] = interval_s, -interval_s
+    parts[7] = np.eye(n_states)
+    return parts
+
+
+def posture_growth(axis: int, n_states: int) -> np.ndarray:
+    """Return how the covariance grows with the variance of a posture.
+
+    Parameters
+    ----------
+    axis : int
+        Of the posture.
+    n_states : int
+        Of the tracker.
+
+    Returns
+    -------
+    ndarray, shape (n_states, n_states)
+        By a variance of one.
+    """
+    row = np.zeros(n_states)
+    row[axis], row[kernel.CENTRE + axis] = -1.0, 1.0
+    return np.outer(row, row)
