@@ -14,7 +14,13 @@ from narx.network.cell import coupled_rates
 
 
 class TrackedRecurrence(TrackedState):
-    """A network with its tracker, a step of a packed state at a time."""
+    """A network with its tracker, a step of a packed state at a time.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        Network to export, with a tracker.
+    """
 
     def _measured(
         self, x: Tensor, covariance: Tensor, direction: Tensor, variance: Tensor, residual: Tensor,
