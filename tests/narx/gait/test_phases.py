@@ -223,3 +223,16 @@ def test_pieces_keep_their_time_and_crossings_lie_between_samples():
     np.testing.assert_allclose(whole[-shared:], later[-shared:], atol=2e-3)
     # equal strides: without interpolation they would differ by a sample, 20 ms
     assert np.std(np.diff(whole[2:-2])) < 1.5e-3
+
+
+@pytest.mark.parametrize("depths", [(0.4, 0.9), (0.9, 0.4)])
+def test_mid_stance_ends_at_the_deeper_of_two_dips(depths):
+    """A swing a stride of 1.1 s, and dips 0.5 and 0.75 s after it."""
+    time_s = np.arange(0.0, 22.0, 0.01)
+    since_s = (time_s + 0.3) % 1.1 - 0.3
+    rate = 3.0 * np.exp(-((since_s / 0.13) ** 2)) - 0.5
+    for at_s, depth in zip((0.5, 0.75), depths, strict=True):
+        rate -= depth * np.exp(-(((since_s - at_s) / 0.07) ** 2))
+    d = gait_phases(rate, 100.0).times_s["d"]
+    deeper_s = (0.5, 0.75)[int(np.argmax(depths))]
+    np.testing.assert_allclose(d[2:-2] % 1.1, deeper_s, atol=0.03)
