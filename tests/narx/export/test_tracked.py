@@ -143,8 +143,10 @@ def test_float_holds_over_an_hour_of_walking():
     stream = OrientationStream(checkpoint.method(), 100.0, n_sensors=1)
     angles = stream.update_block(rates).angles_rad
     np.testing.assert_array_equal(np.isnan(found), np.isnan(angles))
-    # with the covariance of the angles themselves: 6e-3 rad of heading
-    assert np.nanmax(np.abs(found - angles)) < 1e-4
+    tilt, heading = np.split(np.nanmax(np.abs(found - angles), axis=(0, 1)), [2])
+    assert tilt.max() < 1e-4
+    # nothing brings a heading back, so that rounding adds up
+    assert heading < 1e-3
 
 
 @pytest.mark.parametrize("precision", ["double", "float"])
