@@ -9,6 +9,7 @@ import pyarrow.parquet
 from omegaconf import DictConfig
 
 from narx.datasets.array_table import read_parquet
+from narx.datasets.layout import Layout
 from narx.datasets.table_recording import recording_from, stamps_from
 from narx.errors import UserError
 from narx.experiments.predictions.angle_files import write_angles
@@ -18,11 +19,13 @@ from narx.experiments.predictions.session_tables import angle_table
 from narx.inference.pretrained import load_or_pretrained
 from narx.inference.session import predict_session
 from narx.recordings.input_file import regular_file
+from narx.types import FloatArray
 
 # read before each part, so that the network has settled where the part begins
 _LEAD_S = 60.0
 # a session of more rows is not predicted at once
 _MANY_ROWS = 2_000_000
+_PIECE_ROWS = 2_000_000
 _PARQUET = (".parquet", ".pq")
 
 Rows = tuple[Path, int, int]
@@ -131,7 +134,7 @@ def part_jobs(cfg: DictConfig, files: Mapping[str, Path], folder: Path) -> list[
     begin, end = -np.inf, np.inf
     # the stamps of one sensor at a time: those of a day and four sensors are 300 MB
     for file in files.values():
-        time = stamps_from(read_parquet(file), layout)
+        time = _stamps(file, layout)
         if (time[1:] < time[:-1]).any():
             raise UserError(f"{file}: time goes back, expected it to increase")
         begin, end = max(begin, float(time[0])), min(end, float(time[-1]))
@@ -146,7 +149,7 @@ def part_jobs(cfg: DictConfig, files: Mapping[str, Path], folder: Path) -> list[
     ends = np.append(edges[1:], np.inf)
     of_segment = {}
     for segment, file in files.items():
-        time = stamps_from(read_parquet(file), layout)
+        time = _stamps(file, layout)
         of_segment[segment] = np.searchsorted(time, leads), np.searchsorted(time, ends)
     jobs: list[Job] = []
     for number, (start, stop) in enumerate(zip(edges, ends, strict=True)):
@@ -159,6 +162,23 @@ def part_jobs(cfg: DictConfig, files: Mapping[str, Path], folder: Path) -> list[
         name = f"{number:04d}"
         jobs.append(PartJob(cfg, name, target, key, rows, float(start), float(stop), number == 0))
     return jobs
+
+
+def _stamps(file: Path, layout: Layout | None) -> FloatArray:
+    """Read all time stamps, a piece at a time."""
+    n = _n_rows(file)
+    time = np.empty(n)
+    for start in range(0, n, _PIECE_ROWS):
+        stop = min(start + _PIECE_ROWS, n)
+        time[start:stop] = stamps_from(read_parquet(file, (start, stop)), layout)
+    if n < 2:
+        raise UserError(f"{file}: {n} rows, expected a Parquet file with samples")
+    if not np.array_equal(time[-2:], stamps_from(read_parquet(file, (n - 2, n)), layout)):
+        raise UserError(
+            f"{file}: dates or counters as time cannot be read in parts, expected seconds in a "
+            "column such as time_s"
+        )
+    return time
 
 
 def _n_rows(file: Path) -> int:

@@ -112,8 +112,9 @@ def read_parquet(path: Path, rows: tuple[int, int] | None = None) -> ArrayTable:
     import pyarrow.parquet
 
     try:
-        metadata = pyarrow.parquet.read_metadata(regular_file(path))
-        names = tuple(metadata.schema.to_arrow_schema().names)
+        # metadata.schema would be a cycle of references: 16 MB for a day, until it is collected
+        with pyarrow.parquet.ParquetFile(regular_file(path)) as whole:
+            metadata, names = whole.metadata, tuple(whole.schema_arrow.names)
     except (pyarrow.ArrowException, OSError) as error:
         line = str(error).strip().splitlines()[0]
         raise RecordingError(f"{path}: not a whole Parquet file ({line})") from None

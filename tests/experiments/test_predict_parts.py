@@ -90,3 +90,7 @@ def test_wrong_clocks_are_one_line(run_command, folder):
     table.assign(time_s=table.time_s.to_numpy()[::-1]).to_parquet(path)
     status, _, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
     assert (status, "shank_right.parquet: time goes back" in err) == (2, True)
+    dates = pd.to_datetime(table.time_s, unit="s")
+    table.assign(time_s=dates).to_parquet(path)
+    status, _, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
+    assert (status, "shank_right.parquet: dates or counters as time" in err) == (2, True)
