@@ -47,3 +47,9 @@ def test_no_stride(contacts):
         101,
         3,
     )
+
+
+def test_a_stride_that_ends_after_the_signal_is_left_out():
+    time = np.arange(0.0, 10.0, 0.01)
+    strides = normalised_strides(time, time[:, None], np.array([7.5, 8.5, 9.5, 10.5]))
+    assert np.isfinite(strides).all(axis=(1, 2)).tolist() == [True, True, False]
