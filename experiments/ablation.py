@@ -3,21 +3,15 @@
 python -m experiments.ablation data_root=DIR
 """
 
-from collections.abc import Sequence
-
 import pandas as pd
-from hydra import compose
-from hydra.errors import HydraException
 from omegaconf import DictConfig
-from omegaconf.errors import OmegaConfBaseException
 from tqdm import tqdm
 
 from narx.errors import UserError
 from narx.evaluation.results import write_results
 from narx.experiments import benchmark
 from narx.experiments.command import command, run_directory
-from narx.experiments.configuration import checked_configuration, composition_mistake
-from narx.experiments.overrides import readable
+from narx.experiments.configuration import composed_configuration
 from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.tables.table import Table, as_markdown
 from narx.files import atomic_path
@@ -57,27 +51,18 @@ def ablation_table(results: pd.DataFrame, quantity: str) -> Table:
     )
 
 
-def _variant(cfg: DictConfig, name: str, further: Sequence[str]) -> DictConfig:
-    overrides = [f"seed={cfg.seed}", "methods=[narx]", *cfg.overrides, *further]
-    if cfg.data_root is not None:
-        overrides.insert(0, f"data_root={cfg.data_root}")
-    overrides = readable(overrides)
-    try:
-        return checked_configuration(compose("benchmark", overrides=overrides), "benchmark")
-    except UserError as error:
-        raise UserError(f"variants.{name}: {error}") from error
-    except (HydraException, OmegaConfBaseException) as error:
-        mistake = composition_mistake(error, "benchmark", overrides)
-        raise UserError(f"variants.{name}: {mistake}") from error
-
-
 def _ablation(cfg: DictConfig) -> None:
     seed_everything(cfg.seed)
     directory = run_directory()
     frames: list[pd.DataFrame] = []
     sources: dict[str, str] = {}
-    # every variant is checked before the first one runs
-    variants = {str(name): _variant(cfg, name, more) for name, more in cfg.variants.items()}
+    # all are checked before the first runs
+    common = [] if cfg.data_root is None else [f"data_root={cfg.data_root}"]
+    common += [f"seed={cfg.seed}", "methods=[narx]", *cfg.overrides]
+    variants = {
+        str(name): composed_configuration("benchmark", [*common, *more], f"variants.{name}")
+        for name, more in cfg.variants.items()
+    }
     for name, variant in tqdm(variants.items(), desc="variants", disable=None):
         try:
             gathered = benchmark.run(variant)

@@ -12,6 +12,7 @@ distributed starts with a standard deviation of 0.5, and the scale of the untrai
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -51,6 +52,8 @@ from narx.windows.sequences import TrainingSequence
 # sagittal axis only, mean errors included, no return to rest
 _OBJECTIVE = Objective((1.0, 0.0, 0.0), offset_free=False, rest_weight=0.0)
 _SCORED_RATE_HZ = 100.0
+# of the weights of a plain random start
+_START_SD = 0.5
 
 
 @dataclass(frozen=True)
@@ -178,7 +181,7 @@ def train_as_printed(
     if variant.starts == "leaky_integrator":
         starts = np.array([random_weights(model, rng) for _ in range(variant.restarts)])
     else:
-        starts = 0.5 * rng.standard_normal((variant.restarts, model.structure.n_weights))
+        starts = _START_SD * rng.standard_normal((variant.restarts, model.structure.n_weights))
     closed, unit_deg2 = closed_loop_fit(model, window, _OBJECTIVE, "training")
     options = Options(Stopping(max_evaluations=iterations))
     found = multi_start(stages, starts, closed, options, trainable=model.trainable.numpy())
@@ -236,9 +239,25 @@ def scores(
     return means
 
 
-def _as_printed(cfg: DictConfig) -> None:
-    seed_everything(cfg.seed)
-    directory = run_directory()
+def run(cfg: DictConfig) -> pd.DataFrame:
+    """Train all draws of all variants and score them.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/as_printed.yaml``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per draw and variant: ``variant``, ``draw``, ``trained_on``, ``neurons``,
+        ``one_step_deg``, ``closed_loop_deg``, and the columns of `scores`.
+
+    Raises
+    ------
+    UserError
+        If the walks are shorter than the window.
+    """
     source = SimulatedGait(
         subjects=tuple(cfg.subjects),
         conditions=(cfg.condition,),
@@ -278,9 +297,28 @@ def _as_printed(cfg: DictConfig) -> None:
                 }
             )
     results = pd.DataFrame(about).join(scores(walks, methods, cfg.skip_s), on="method")
-    results = results.drop(columns="method")
-    with atomic_path(directory / "as_printed.csv") as temporary:
+    return results.drop(columns="method")
+
+
+def write_draws(results: pd.DataFrame, path: Path) -> None:
+    """Write what `run` has returned.
+
+    Parameters
+    ----------
+    results : pandas.DataFrame
+        Its rows.
+    path : pathlib.Path
+        CSV file.
+    """
+    with atomic_path(path) as temporary:
         results.to_csv(temporary, index=False, float_format="%.6g", lineterminator="\n")
+
+
+def _as_printed(cfg: DictConfig) -> None:
+    seed_everything(cfg.seed)
+    directory = run_directory()
+    results = run(cfg)
+    write_draws(results, directory / "as_printed.csv")
     write_json(environment(cfg.seed, {}), directory / "environment.json")
     text = as_printed_table(results).to_markdown()
     with atomic_path(directory / "as_printed.md") as temporary:

@@ -2,106 +2,69 @@
 
 import json
 import re
-import shutil
-import subprocess
-import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
 
 from narx.errors import UserError
-from narx.evaluation.results import read_results
+from narx.experiments import as_printed, benchmark
 from narx.experiments.command import command
-from narx.experiments.runs.record import write_json
-from narx.experiments.tables.page import (
-    Source,
-    at_a_glance,
-    benchmark_page,
-    subject_condition_means,
-)
+from narx.experiments.configuration import composed_configuration
+from narx.experiments.figures.canvas import save_figure
+from narx.experiments.runs.record import environment, seed_everything, write_json
+from narx.experiments.tables.glance import at_a_glance, in_words
+from narx.experiments.tables.page import Source, benchmark_page, subject_condition_means
 from narx.files import atomic_path
 
 BEGIN, END = "<!-- benchmark -->", "<!-- end of benchmark -->"
 AS_PRINTED = "as_printed"
-_KEPT = ("git_commit", "seed", "python", "versions", "not_causal")
+_KEPT = ("git_commit", "seed", "python", "versions")
 
 
-def measure(cfg: DictConfig, name: str, docs: Path) -> None:
-    """Run the benchmark of one source and store its means and figures.
+def measure(cfg: DictConfig, name: str, benchmark_cfg: DictConfig, docs: Path) -> None:
+    """Run one source's benchmark and keep its means and figures.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        With `sources`: overrides by name.
+        Holds `sources`: figures by name.
     name : str
-        Source to run.
+        Which.
+    benchmark_cfg : omegaconf.DictConfig
+        Configuration of its benchmark.
     docs : pathlib.Path
-        Folder for ``results/<name>.csv``, ``results/<name>.json`` and the figures.
+        Gets ``results/<name>.csv``, ``results/<name>.json`` and the figures.
 
     Raises
     ------
     UserError
-        If the benchmark fails.
+        If nothing can be scored, or a figure is not one of the report's.
     """
-    source = cfg.sources[name]
-    with tempfile.TemporaryDirectory() as folder:
-        run = Path(folder)
-        overrides = list(source.overrides)
-        if cfg.data_root is not None:
-            overrides.append(f"data_root={cfg.data_root}")
-        _run("benchmark", overrides, run, f"sources.{name}")
-        means = subject_condition_means(read_results(run / "results.csv"))
-        environment = json.loads((run / "environment.json").read_text())
-        about = {key: environment[key] for key in _KEPT}
-        about["chosen"] = json.loads((run / "chosen.json").read_text())
-        timing = json.loads((run / "timing.json").read_text())
-        about["us_per_sample"] = {k: round(v, 3) for k, v in timing["us_per_sample"].items()}
-        for figure in source.figures:
-            drawn = run / "figures" / f"{figure}.png"
-            if not drawn.is_file():
-                raise UserError(f"sources.{name}.figures: the benchmark drew no '{figure}'")
-            (docs / "figures").mkdir(exist_ok=True)
-            with atomic_path(docs / "figures" / _figure_name(name, figure)) as temporary:
-                shutil.copyfile(drawn, temporary)
+    seed_everything(benchmark_cfg.seed)
+    report = instantiate(benchmark_cfg.report, _convert_="all")
+    gathered = benchmark.run(benchmark_cfg, report=report)
+    environment_of_run = environment(benchmark_cfg.seed, gathered.sources)
+    about = {key: environment_of_run[key] for key in _KEPT}
+    about["not_causal"] = sorted(gathered.not_causal)
+    about["chosen"] = benchmark.by_fold(gathered.chosen)
+    about["us_per_sample"] = {
+        row: round(value, 3) for row, value in gathered.workload.us_per_sample.items()
+    }
+    wanted = cfg.sources[name].figures
+    figures = report.figures(benchmark_cfg, gathered) if wanted else {}
+    for figure in wanted:
+        if figure not in figures:
+            drawn = ", ".join(figures)
+            raise UserError(f"sources.{name}.figures: no figure '{figure}', expected of {drawn}")
+        save_figure(figures[figure], docs / "figures" / _figure_name(name, figure))
+    means = subject_condition_means(gathered.results)
     with atomic_path(docs / "results" / f"{name}.csv") as temporary:
         means.to_csv(temporary, index=False, float_format="%.6g", lineterminator="\n")
     write_json(about, docs / "results" / f"{name}.json")
-
-
-def measure_as_printed(cfg: DictConfig, docs: Path) -> None:
-    """Run the training as printed and store its draws.
-
-    Parameters
-    ----------
-    cfg : omegaconf.DictConfig
-        With `as_printed`: overrides.
-    docs : pathlib.Path
-        Folder for ``results/as_printed.csv``.
-
-    Raises
-    ------
-    UserError
-        If the command fails.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        run = Path(folder)
-        _run(AS_PRINTED, cfg.as_printed, run, AS_PRINTED)
-        with atomic_path(docs / "results" / f"{AS_PRINTED}.csv") as temporary:
-            shutil.copyfile(run / "as_printed.csv", temporary)
-
-
-def _run(name: str, overrides: Sequence[str], run: Path, what: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", f"narx.experiments.{name}", *overrides, f"hydra.run.dir={run}"],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    if done.returncode:
-        raise UserError(f"{what}: the command ended with status {done.returncode}")
 
 
 def _figure_name(source: str, figure: str) -> str:
@@ -109,19 +72,19 @@ def _figure_name(source: str, figure: str) -> str:
 
 
 def kept_sources(cfg: DictConfig, docs: Path) -> dict[str, Source]:
-    """Read the results stored by `measure`.
+    """Read what `measure` has left.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
-        With `sources`.
+        Holds `sources`.
     docs : pathlib.Path
-        Folder with ``results/<name>.csv`` and ``results/<name>.json``.
+        Where ``results/<name>.csv`` and ``results/<name>.json`` lie.
 
     Returns
     -------
     dict of str to Source
-        Sources with stored results, in the order of the configuration.
+        Those that are there, in the order of the configuration.
     """
     sources = {}
     for name, shown in cfg.sources.items():
@@ -155,7 +118,7 @@ def _quoted(override: str) -> str:
 
 
 def pages(cfg: DictConfig, root: Path) -> dict[Path, str]:
-    """Write the pages from the stored results.
+    """Write the pages from the kept results.
 
     Parameters
     ----------
@@ -172,39 +135,47 @@ def pages(cfg: DictConfig, root: Path) -> dict[Path, str]:
     Raises
     ------
     UserError
-        If there are no results, or the README has no markers.
+        If there are no results, or README has no markers.
     """
     docs = root / "docs"
     sources = kept_sources(cfg, docs)
-    if not sources:
-        raise UserError(f"{docs / 'results'}: no results; run with measure=true")
     printed = docs / "results" / f"{AS_PRINTED}.csv"
-    as_printed = None
+    draws = None
     if printed.is_file():
         made = " ".join(["python -m experiments.as_printed", *map(_quoted, cfg.as_printed)])
-        as_printed = pd.read_csv(printed), made
+        draws = pd.read_csv(printed), made
+    if not sources and draws is None:
+        raise UserError(f"{docs / 'results'}: no results; run with measure=true")
+    missing = [shown.title for name, shown in cfg.sources.items() if name not in sources]
     glance = {name: sources[name] for name in cfg.glance.sources if name in sources}
+    parts = [
+        at_a_glance(glance, cfg.glance.methods),
+        in_words(glance, cfg.glance.sources, None if draws is None else draws[0]),
+    ]
+    if cfg.glance.figures in sources:
+        figures = sources[cfg.glance.figures].figures
+        parts += [f"![{caption}](docs/figures/{name})" for name, caption in figures.items()]
     readme = root / "README.md"
     return {
-        docs / "benchmark.md": benchmark_page(sources, as_printed),
-        readme: with_table(readme.read_text(), at_a_glance(glance, cfg.glance.methods)),
+        docs / "benchmark.md": benchmark_page(sources, draws, missing),
+        readme: with_part(readme.read_text(), "\n\n".join(part for part in parts if part)),
     }
 
 
-def with_table(readme: str, table: str) -> str:
-    """Put a table between the markers of a page.
+def with_part(readme: str, part: str) -> str:
+    """Put what is made from results between the markers of a page.
 
     Parameters
     ----------
     readme : str
         Text with the markers `BEGIN` and `END`.
-    table : str
+    part : str
         Markdown.
 
     Returns
     -------
     str
-        The text with the table between its markers.
+        The text with the part between its markers.
 
     Raises
     ------
@@ -214,7 +185,31 @@ def with_table(readme: str, table: str) -> str:
     if BEGIN not in readme or END not in readme:
         raise UserError(f"README.md: expected the markers '{BEGIN}' and '{END}'")
     between = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
-    return between.sub(lambda _: f"{BEGIN}\n{table.strip()}\n{END}", readme)
+    return between.sub(lambda _: f"{BEGIN}\n{part.strip()}\n{END}", readme)
+
+
+def _measure_all(cfg: DictConfig, names: Sequence[str], docs: Path) -> list[str]:
+    """Measure one source after the other; return why some could not be."""
+    common = [] if cfg.data_root is None else [f"data_root={cfg.data_root}"]
+    # all are checked before the first runs
+    configurations = {
+        name: composed_configuration("benchmark", [*common, *source.overrides], f"sources.{name}")
+        for name, source in cfg.sources.items()
+        if name in names
+    }
+    printed = composed_configuration(AS_PRINTED, cfg.as_printed, AS_PRINTED)
+    (docs / "results").mkdir(parents=True, exist_ok=True)
+    failures = []
+    for name in tqdm(names, desc="benchmarks", disable=None):
+        try:
+            if name == AS_PRINTED:
+                seed_everything(printed.seed)
+                as_printed.write_draws(as_printed.run(printed), docs / "results" / f"{name}.csv")
+            else:
+                measure(cfg, name, configurations[name], docs)
+        except UserError as error:  # the other sources are not to be lost
+            failures.append(f"{name}: {error}")
+    return failures
 
 
 def _benchmark_page(cfg: DictConfig) -> None:
@@ -224,17 +219,15 @@ def _benchmark_page(cfg: DictConfig) -> None:
     for name in names:
         if name not in known:
             raise UserError(f"only: no source '{name}', expected one of {', '.join(known)}")
-    if cfg.measure:
-        (root / "docs" / "results").mkdir(parents=True, exist_ok=True)
-        for name in tqdm(names, desc="benchmarks", disable=None):
-            if name == AS_PRINTED:
-                measure_as_printed(cfg, root / "docs")
-            else:
-                measure(cfg, name, root / "docs")
+    readme = root / "README.md"
+    with_part(readme.read_text(), "")  # refuses a page without markers before anything is run
+    failures = _measure_all(cfg, names, root / "docs") if cfg.measure else []
     for path, text in pages(cfg, root).items():
         with atomic_path(path) as temporary:
             temporary.write_text(text)
         print(path)
+    if failures:
+        raise UserError("not measured, what was kept of them before stays: " + "; ".join(failures))
 
 
 main = command("benchmark_page")(_benchmark_page)

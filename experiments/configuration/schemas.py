@@ -291,9 +291,11 @@ class PageSource(Section):
 
 
 class Glance(Section):
-    """The table in the README."""
+    """The README's table, sentences and figures."""
 
-    sources: Names
+    figures: Name | None = None
+
+    sources: dict[Name, Name]
     methods: Names
 
 

@@ -204,7 +204,9 @@ def cost_table(source: Source) -> Table:
 
 
 def benchmark_page(
-    sources: Mapping[str, Source], as_printed: tuple[pd.DataFrame, str] | None = None
+    sources: Mapping[str, Source],
+    as_printed: tuple[pd.DataFrame, str] | None = None,
+    missing: Sequence[str] = (),
 ) -> str:
     """Write the page.
 
@@ -214,6 +216,8 @@ def benchmark_page(
         In the order wanted.
     as_printed : tuple of pandas.DataFrame and str, optional
         Results of ``experiments.as_printed`` and the command; None leaves the section out.
+    missing : sequence of str
+        Titles of sources of which no results are kept.
 
     Returns
     -------
@@ -233,6 +237,8 @@ def benchmark_page(
         "comes, to first order; a phase error counts as one. Means over subjects; trials and sides "
         "are averaged within a subject first.",
     ]
+    if missing:
+        parts.append(f"No results are kept yet of: {'; '.join(missing)}.")
     for source in sources.values():
         parts += [f"## {source.title}", f"```\n{source.command}\n```", source.made]
         tables = [by_motion(source, block) for block in BLOCKS]
@@ -248,38 +254,3 @@ def benchmark_page(
         parts += ["## Tham et al., trained as printed", f"```\n{command}\n```"]
         parts.append(as_printed_table(results).to_markdown())
     return "\n\n".join(part.strip() for part in parts) + "\n"
-
-
-def at_a_glance(sources: Mapping[str, Source], methods: Sequence[str]) -> str:
-    """Write the table of the README: a few methods, all sources, means over motions.
-
-    Parameters
-    ----------
-    sources : mapping of str to Source
-        In the order wanted.
-    methods : sequence of str
-        Rows, as in ``results.csv``.
-
-    Returns
-    -------
-    str
-        Markdown table.
-    """
-    columns: dict[str, dict[str, float]] = {}
-    for source in sources.values():
-        means = source.means[source.means["segment"] == source.segment]
-        over = means.groupby(["axis", "method", "condition"])[source.quantity].mean()
-        for axis in AXES:
-            if axis in over.index.get_level_values("axis"):
-                values = over[axis].groupby("method").mean()
-                if values.notna().any():
-                    columns[f"{source.title}: {axis}"] = values.to_dict()
-    rows = []
-    ahead = {row for source in sources.values() for row in source.not_causal}
-    for method in method_order(methods):
-        values = {name: column.get(method) for name, column in columns.items()}
-        label = method_label(method, ahead)
-        rows.append({"": method_block(method), "Method": label} | values)
-    frame = pd.DataFrame(rows).set_index(["", "Method"])
-    table = Table("", frame, dict.fromkeys(columns, 2))
-    return table.to_markdown().split("\n", 2)[2]

@@ -142,3 +142,27 @@ def test_wrong_parameters_are_one_clear_line(name, parameters, message):
         pytest.importorskip("vqf")
     with pytest.raises(UserError, match=message):
         METHODS[name](**parameters)
+
+
+@pytest.mark.parametrize("name", ["madgwick", "mahony"])
+def test_treatments_of_the_heading_share_the_orientation(motion, monkeypatch, name):
+    """One run for all, unless the recording or a gain is another one."""
+    made = METHODS[name]
+    runs = []
+    original = made._orientation
+    monkeypatch.setattr(
+        made, "_orientation", lambda self, signals: runs.append(1) or original(self, signals)
+    )
+    walk, other = (motion("walking", duration_s=duration).signals for duration in (10.0, 11.0))
+    own = made().estimate(walk)
+    zero = made(heading="zero").estimate(walk)
+    assert len(runs) == 1
+    np.testing.assert_array_equal(own[:, :2], zero[:, :2])
+    assert not zero[:, 2].any()
+    own[:] = 9.0  # the caller's own array
+    np.testing.assert_array_equal(made(heading="zero").estimate(walk), zero)
+    assert len(runs) == 1
+    gain = {"madgwick": "gain", "mahony": "integral_gain"}[name]
+    assert not np.array_equal(made(**{gain: 0.01}).estimate(walk)[:, :2], zero[:, :2])
+    made().estimate(other)
+    assert len(runs) == 3

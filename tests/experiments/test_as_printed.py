@@ -112,6 +112,9 @@ def test_the_table_has_quartiles_over_draws_and_the_printed_values():
     table = as_printed_table(draws)
     assert table.frame.loc["as printed", "closed loop, own window"] == "3.0 [2.0, 11.0]"
     assert table.frame.loc["as printed", "own window beyond 10°"] == "2 of 5"
+    assert table.frame.loc["as printed", "knee as good as print"] == "0 of 5"
+    good = as_printed_table(draws.assign(knee_sagittal_deg=[2.0, 2.6, 2.8, 8.0, 9.0]))
+    assert good.frame.loc["as printed", "knee as good as print"] == "2 of 5"
     assert table.frame.loc["Tham et al.", "knee sagittal"] == "2.7"
     assert "3 in 2, 4 in 3 draws" in table.note
 

@@ -1,19 +1,57 @@
-"""The tables of the benchmark's page hold the means of the results."""
+"""The benchmark's page, and README's table and sentences, are what the kept results give."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from hydra import compose, initialize_config_module
 
 from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table
-from narx.experiments.benchmark_page import BEGIN, END, with_table
+from narx.experiments.benchmark_page import BEGIN, END, kept_sources, pages, with_part
+from narx.experiments.tables.glance import at_a_glance, in_words
 from narx.experiments.tables.page import (
     Source,
-    at_a_glance,
+    against_network,
     by_motion,
     subject_condition_means,
 )
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def cfg():
+    with initialize_config_module("narx.configs", version_base="1.3"):
+        return compose("benchmark_page")
+
+
+def test_page_and_readme_are_made_from_the_kept_results(cfg):
+    for path, text in pages(cfg, ROOT).items():
+        assert path.read_text() == text, path.name
+    kept = kept_sources(cfg, ROOT / "docs")
+    for source in kept.values():
+        for figure in source.figures:
+            assert (ROOT / "docs" / "figures" / figure).is_file()
+    page = (ROOT / "docs" / "benchmark.md").read_text()
+    for name, shown in cfg.sources.items():
+        assert (f"## {shown.title}" in page) == (name in kept)
+        assert shown.title in page
+
+
+def test_numbers_in_the_readmes_sentences_are_in_the_tables():
+    """Every number with a decimal in the prose about the table stands in the table or the page."""
+    readme = (ROOT / "README.md").read_text()
+    section = readme.split("## What comes out")[1].split("\n## ")[0]
+    prose = re.sub(re.escape(BEGIN) + ".*?" + re.escape(END), "", section, flags=re.DOTALL)
+    shown = section.replace(prose, "") + (ROOT / "docs" / "benchmark.md").read_text()
+    numbers = set(re.findall(r"(?<![\w.])\d+\.\d+(?![\w.]*\d)", prose))
+    missing = {number for number in numbers if not re.search(rf"(?<![\d.]){number}(?!\d)", shown)}
+    assert not missing
 
 
 @pytest.fixture
@@ -43,10 +81,67 @@ def test_an_axis_that_is_not_observed_has_no_row(source):
 
 def test_the_table_goes_between_the_marks(source):
     table = at_a_glance({"study": source}, ["narx", "zero"])
-    page = with_table(f"before\n{BEGIN}\nold\n{END}\nafter\n", table)
+    page = with_part(f"before\n{BEGIN}\nold\n{END}\nafter\n", table)
     assert page.startswith(f"before\n{BEGIN}\n|")
     assert page.endswith(f"|\n{END}\nafter\n")
     assert "old" not in page
-    assert with_table(page, table) == page
+    assert with_part(page, table) == page
     with pytest.raises(UserError, match="expected the markers"):
-        with_table("no marks", table)
+        with_part("no marks", table)
+
+
+def test_differences_from_the_network_are_over_subjects(make_study):
+    names = tuple(f"S{k}" for k in range(7))
+    study = make_study(subjects=names, conditions=("normal",))
+    results = results_table(row for one in study for row in rows(one))
+    source = Source("S", "c", "knee", "rmse_deg", subject_condition_means(results), (), "m")
+    table = against_network(source)
+    means = source.means[(source.means["segment"] == "knee") & (source.means["axis"] == "frontal")]
+    by = means.pivot(index="subject", columns="method", values="rmse_deg")
+    difference = (by["pseudo_integrator"] - by["narx"]).mean()
+    row = table.frame.loc[("frontal", "as printed", "PI")]
+    assert row["less NARX"] == pytest.approx(difference)
+    assert row["better than NARX"].endswith("of 7")
+    few = Source("S", "c", "knee", "rmse_deg", source.means[source.means["subject"] < "S3"], (), "")
+    assert against_network(few) is None
+
+
+def test_words_have_the_numbers_of_the_table(source):
+    assert in_words({"study": source}, {"study": "study,"}, None) == ""  # without its rows
+    renamed = source.means.replace(
+        {"method": {"complementary_filter": "vqf_same_chosen", "pseudo_integrator": "constant"}}
+    )
+    words = in_words({"study": replace(source, means=renamed)}, {"study": "study,"}, None)
+    table = by_motion(source, "as printed").frame["mean"]
+    narx = by_motion(source, "same ingredients").frame["mean"]
+    cf, own = table["sagittal", "CF"], narx["sagittal", "NARX"]
+    assert f"VQF, chosen, and NARX: study, sagittal {cf:.2f} and {own:.2f}, frontal" in words
+    assert len(words.splitlines()) == 2
+    draws = pd.DataFrame({"variant": "as printed", "knee_sagittal_deg": [1.0, 2.0, 3.0, 4.0, 5.0]})
+    words = in_words({}, {}, draws)
+    assert words.endswith("over 5 draws: median 3.0°, quartiles 2.0 and 4.0.")
+
+
+@pytest.mark.slow
+def test_the_command_measures_and_writes_page_readme_and_figures(run_command, tmp_path):
+    readme = tmp_path / "README.md"
+    readme.write_text(f"before\n{BEGIN}\n{END}\nafter\n")
+    overrides = [
+        "data.simulated_gait.subjects=[S1]", "data.simulated_gait.conditions=[normal]",
+        "data.simulated_gait.treadmill_duration_s=60", "data.simulated_gait.sampling_rate_hz=50",
+        "split=one_window", "split.latest_s=25", "optimizer.restarts=1", "optimizer.iterations=5",
+        "methods=[narx,leaky_integrator]",
+    ]  # fmt: skip
+    listed = ",".join(f"'{override}'" for override in overrides)
+    status, out, err, _ = run_command(
+        "benchmark_page", f"root={tmp_path}", "only=[drawn30]",
+        f"sources.drawn30.overrides=[{listed}]",
+    )  # fmt: skip
+    assert status == 0, err
+    page = (tmp_path / "docs" / "benchmark.md").read_text()
+    assert "## Thirty drawn walkers" in page
+    assert "| Leaky integrator, tracker, chosen" in page
+    assert "No results are kept yet of: Phones in front pockets" in page
+    assert "**The network** in the integrator's place takes that from" in readme.read_text()
+    assert (tmp_path / "docs" / "figures" / "benchmark_drawn30_strides_knee.png").is_file()
+    assert str(readme) in out
