@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from narx.errors import RecordingError
 from narx.inference.narx_method import NarxMethod
 from narx.kernels.clock import ARRIVED, MISSING, STARTING
-from narx.recordings.consistency import contradiction, fit_rotation
+from narx.recordings.consistency import contradiction, fit_rotation, is_certain
 from narx.recordings.trial import ImuRecording
 from narx.types import BoolArray, FloatArray
 
@@ -35,18 +35,19 @@ def check_consistency(
     Returns
     -------
     list of str
-        A note for segments other than the leg; empty if the two agree.
+        A note for segments other than the leg, and where the accelerations of walking may explain
+        the contradiction; empty if the two agree.
 
     Raises
     ------
     RecordingError
-        If the two sensors of a leg contradict each other.
+        If the two sensors of a leg certainly contradict each other.
     """
     fit = fit_rotation(gyroscope_rad_s, accelerometer_m_s2, sampling_rate_hz)
     wrong = None if fit is None else contradiction(fit)
-    if wrong is None:
+    if fit is None or wrong is None:
         return []
-    if not is_leg:
+    if not is_leg or not is_certain(fit):
         return [f"{wrong}; or the sensor is translated more than it is rotated"]
     raise RecordingError(f"{where}: {wrong}; expected both sensors in one right-handed frame")
 

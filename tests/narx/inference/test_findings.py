@@ -1,0 +1,45 @@
+"""What is noted of a recording, and what is refused."""
+
+import numpy as np
+import pytest
+
+from narx import SimulatedGait
+from narx.errors import RecordingError
+from narx.inference.findings import check_consistency
+
+
+def _check(gyroscope, accelerometer):
+    return check_consistency(gyroscope, accelerometer, 100.0, is_leg=True, where="walk.csv")
+
+
+@pytest.fixture(scope="module")
+def fast_walk():
+    """Return 30 s of a fast walk, without standing: the accelerations of a shank are large."""
+    source = SimulatedGait(
+        subjects=("S3",), conditions=("fast",), treadmill_duration_s=40.0, sampling_rate_hz=100.0
+    )
+    shank = next(iter(source)).imus["shank_right"]
+    return shank.gyroscope_rad_s[600:3600], shank.accelerometer_m_s2[600:3600]
+
+
+def test_a_good_walk_that_looks_reversed_is_noted_not_refused(fast_walk):
+    (note,) = _check(*fast_walk)
+    assert "turns the other way" in note
+    assert "translated more than it is rotated" in note
+
+
+def test_another_unit_is_refused_even_there(fast_walk):
+    gyroscope, accelerometer = fast_walk
+    with pytest.raises(RecordingError, match=r"walk.csv: .* times as fast"):
+        _check(np.degrees(gyroscope), accelerometer)
+
+
+def test_a_reversed_axis_of_a_sensor_that_only_turns_is_refused():
+    time_s = np.arange(0.0, 40.0, 0.01)
+    angle = 0.5 * np.sin(2 * np.pi * 0.8 * time_s)
+    rate = np.random.default_rng(0).normal(0.0, 0.02, (len(time_s), 3))
+    rate[:, 1] += 0.5 * 2 * np.pi * 0.8 * np.cos(2 * np.pi * 0.8 * time_s)
+    force = 9.81 * np.column_stack([-np.sin(angle), 0 * angle, np.cos(angle)])
+    assert _check(rate, force) == []
+    with pytest.raises(RecordingError, match="turns the other way"):
+        _check(-rate, force)
