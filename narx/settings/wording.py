@@ -78,13 +78,15 @@ def _constraints(metadata: Iterable[object]) -> tuple[str | None, dict[str, floa
 
 
 def _range(limits: Mapping[str, float]) -> str:
+    if {"ge", "le"} <= set(limits):
+        return f" from {_number(limits['ge'])} to {_number(limits['le'])}"
     words = {"gt": "above", "ge": "of at least", "lt": "below", "le": "of at most"}
-    parts = [
-        f"{words[name]} {limit:d}" if isinstance(limit, int) else f"{words[name]} {limit:g}"
-        for name in words
-        if (limit := limits.get(name)) is not None
-    ]
+    parts = [f"{words[name]} {_number(limits[name])}" for name in words if name in limits]
     return " " + " and ".join(parts) if parts else ""
+
+
+def _number(limit: float) -> str:
+    return f"{limit:d}" if isinstance(limit, int) else f"{limit:g}"
 
 
 def _of_type(annotation: Any) -> str:
