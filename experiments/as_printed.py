@@ -314,7 +314,14 @@ def write_draws(results: pd.DataFrame, path: Path) -> None:
         results.to_csv(temporary, index=False, float_format="%.6g", lineterminator="\n")
 
 
-def _as_printed(cfg: DictConfig) -> None:
+def report(cfg: DictConfig) -> None:
+    """Train and score, and write table and draws to the run directory.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/as_printed.yaml``.
+    """
     seed_everything(cfg.seed)
     directory = run_directory()
     results = run(cfg)
@@ -327,7 +334,7 @@ def _as_printed(cfg: DictConfig) -> None:
     print(f"as_printed.csv and as_printed.md: {directory}")
 
 
-main = command("as_printed")(_as_printed)
+main = command("as_printed")(report)
 
 if __name__ == "__main__":
     main()

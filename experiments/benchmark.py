@@ -19,6 +19,7 @@ from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table, write_results
 from narx.evaluation.trial import evaluate_trial
+from narx.experiments import as_printed
 from narx.experiments.command import command, run_directory, states_folder
 from narx.experiments.gathered import Gathered
 from narx.experiments.networks import network_of
@@ -180,6 +181,9 @@ def _silent(iteration: int, numbers: dict[str, float]) -> None:
 
 def _benchmark(cfg: DictConfig) -> None:
     """Run a benchmark and write its results, summary and figures to the run directory."""
+    if cfg.get("as_printed") is not None:
+        as_printed.report(cfg.as_printed)
+        return
     seed_everything(cfg.seed)
     directory = run_directory()
     report = instantiate(cfg.report, _convert_="all")

@@ -136,6 +136,35 @@ class Evaluation(Section):
     figure_rate_hz: Annotated[float, Field(ge=1, le=10_000)] = 50.0
 
 
+class PrintedVariant(Section):
+    """What differs from training as printed."""
+
+    curriculum: Annotated[tuple[Literal["open", "closed"], ...], Field(min_length=1)] = ("open",)
+    prior_deg2: Annotated[float, Field(ge=0)] = 0.0
+    axis_scaling: AxisScaling = "training"
+    starts: Literal["normal", "leaky_integrator"] = "normal"
+    restarts: Annotated[int, Field(ge=1, le=1000)] = 1
+    target: Literal["filter", "reference"] = "filter"
+
+
+class AsPrinted(Section):
+    """As ``configs/as_printed.yaml``."""
+
+    seed: Seed = 0
+    draws: Annotated[int, Field(ge=1, le=10_000)] = 20
+    subjects: Names = ("S1", "S2", "S3", "S4", "S5")
+    condition: Literal["slow", "normal", "fast"] = "normal"
+    duration_s: PositiveSeconds = 60.0
+    sampling_rate_hz: SamplingRate = 500.0
+    calibration: Mode = "functional"
+    window_s: PositiveSeconds = 10.0
+    skip_s: Seconds = 5.0
+    crossover_hz: Positive = 0.1
+    power_fraction: Annotated[float, Field(gt=0, lt=1)] = 0.98
+    iterations: Annotated[int, Field(ge=1, le=100_000)] = 300
+    variants: Annotated[dict[Name, PrintedVariant], Field(min_length=1)]
+
+
 class Benchmark(Common):
     """As ``configs/benchmark.yaml``."""
 
@@ -153,6 +182,7 @@ class Benchmark(Common):
     choose: bool = True
     grid: dict[Name, dict[Name, Annotated[tuple[Any, ...], Field(min_length=1)]]] = {}
     report: Annotated[Any, Component(Report)]
+    as_printed: AsPrinted | None = None
 
 
 class Export(Section):
@@ -249,35 +279,6 @@ class ErrorBudget(Section):
     skip_s: Seconds = 5.0
     checkpoint: FilePath | None = None
     variants: dict[Name, Variant]
-
-
-class PrintedVariant(Section):
-    """What differs from training as printed."""
-
-    curriculum: Annotated[tuple[Literal["open", "closed"], ...], Field(min_length=1)] = ("open",)
-    prior_deg2: Annotated[float, Field(ge=0)] = 0.0
-    axis_scaling: AxisScaling = "training"
-    starts: Literal["normal", "leaky_integrator"] = "normal"
-    restarts: Annotated[int, Field(ge=1, le=1000)] = 1
-    target: Literal["filter", "reference"] = "filter"
-
-
-class AsPrinted(Section):
-    """As ``configs/as_printed.yaml``."""
-
-    seed: Seed = 0
-    draws: Annotated[int, Field(ge=1, le=10_000)] = 20
-    subjects: Names = ("S1", "S2", "S3", "S4", "S5")
-    condition: Literal["slow", "normal", "fast"] = "normal"
-    duration_s: PositiveSeconds = 60.0
-    sampling_rate_hz: SamplingRate = 500.0
-    calibration: Mode = "functional"
-    window_s: PositiveSeconds = 10.0
-    skip_s: Seconds = 5.0
-    crossover_hz: Positive = 0.1
-    power_fraction: Annotated[float, Field(gt=0, lt=1)] = 0.98
-    iterations: Annotated[int, Field(ge=1, le=100_000)] = 300
-    variants: Annotated[dict[Name, PrintedVariant], Field(min_length=1)]
 
 
 class PageSource(Section):
