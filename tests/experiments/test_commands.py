@@ -106,7 +106,8 @@ def test_benchmark_leaves_results_summary_and_figures(run_command):
     assert status == 0, err
     results = read_results(directory / "results.csv")
     assert set(results["method"]) == {
-        "narx", "narx_smoothed", "gyro_integration", "gyro_integration_same",
+        "narx", "narx_smoothed", "gyro_integration", "gyro_integration_start_up",
+        "gyro_integration_same",
         "pseudo_integrator", "pseudo_integrator_chosen",
         "pseudo_integrator_same", "pseudo_integrator_same_chosen",
         "complementary_filter", "complementary_filter_chosen",
@@ -181,7 +182,7 @@ def test_every_real_source_runs(run_command, data_root, source):
     [
         ("train", ["optimizer=nonsense"], "adam"),
         ("train", ["modle.hidden=3"], "modle"),
-        ("train", ["model.hidden=-2"], "model.hidden is '-2'"),
+        ("train", ["model.hidden=-2"], "model.hidden is -2"),
         ("train", ["model.washout_s=0"], "model.washout_s is 0, expected a number above 0"),
         ("train", ["data=smartphone_pocket", "data_root=/no/such/folder"], "/no/such/folder"),
         ("train", ["select.subject=Nobody"], "no subject 'Nobody'"),

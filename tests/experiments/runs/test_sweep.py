@@ -21,7 +21,7 @@ LAUNCHERS = {
 def train(cfg):
     """Stand in for a training: leaves a file, fails where it cannot work."""
     if cfg.model.hidden == 0:
-        raise UserError("model.hidden is '0', expected a whole number from 1 to 64")
+        raise UserError("model.hidden is 0, expected a whole number from 1 to 64")
     if cfg.model.hidden == 9:
         raise KeyError("a fault of the program")
     (run_directory() / "checkpoint.txt").write_text(f"{cfg.model.hidden} {cfg.seed}")
@@ -74,7 +74,7 @@ def test_all_other_jobs_of_a_sweep_finish(launch, launcher):
     errors = [line for line in err.splitlines() if line.startswith("error: ")]
     assert errors
     for line in errors:  # Optuna may try the same again
-        assert "(model.hidden=0): model.hidden is '0', expected a whole number from 1 to 64" in line
+        assert "(model.hidden=0): model.hidden is 0, expected a whole number from 1 to 64" in line
     assert "Traceback" not in err
     if launcher != "optuna":
         assert len(errors) == 1
@@ -96,7 +96,7 @@ def test_a_fault_of_the_program_has_its_traceback_in_the_run(launch):
     assert checkpoints("SW") == ["2 0"]
     (line, other) = [line for line in err.splitlines() if line.startswith("error: ")]
     assert "KeyError: 'a fault of the program'" in line
-    assert "model.hidden is '0'" in other
+    assert "model.hidden is 0" in other
     (text,) = Path("SW").glob("model.hidden=9-*/traceback.txt")
     assert "KeyError" in text.read_text()
 

@@ -38,7 +38,7 @@ def test_same_names_in_two_datasets_are_two_people(results):
 @pytest.mark.parametrize("quantity", ["rmse_deg", "precision_deg", "r"])
 def test_printed(results, quantity):
     text = comparison_table(results, quantity).to_markdown()
-    assert "no p below 0.062" in text
+    assert "p is at least 0.062" in text
     assert "less NARX" in text
     line = next(x for x in text.splitlines() if "transverse" in x)
     assert "CF" in line
