@@ -61,14 +61,14 @@ def test_a_training(tmp_path, in_the_fit):
     process = launch("train", *overrides, "optimizer.iterations=200000", folder=tmp_path)
     lines = interrupted(
         process,
-        lambda: any(folder.glob("last/*.pt")) if in_the_fit else state(folder) == "started",
+        lambda: any(folder.glob("last/[!.]*.pt")) if in_the_fit else state(folder) == "started",
     )
     assert lines == [
         f"interrupted: finished work is kept; repeat the command with hydra.run.dir={folder} "
         "to continue"
     ]
     assert state(folder) == "interrupted"
-    assert any(folder.glob("last/*.pt")) == in_the_fit
+    assert any(folder.glob("last/[!.]*.pt")) == in_the_fit
     assert not (folder / "checkpoint.pt").exists()
     to_the_end(launch("train", *overrides, folder=tmp_path))
     assert state(folder) == "finished"
