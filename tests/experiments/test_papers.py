@@ -185,7 +185,7 @@ def test_tham_without_the_network(run_command):
     ],
 )  # fmt: skip
 def test_an_experiment_sets_its_own_walks(overrides, subjects, rate_hz):
-    with initialize_config_module(version_base="1.3", config_module="configs"):
+    with initialize_config_module(version_base="1.3", config_module="narx.configs"):
         cfg = compose("benchmark", overrides=overrides)
     assert list(cfg.data.simulated_gait.subjects) == subjects
     assert cfg.data.simulated_gait.sampling_rate_hz == rate_hz
@@ -194,7 +194,7 @@ def test_an_experiment_sets_its_own_walks(overrides, subjects, rate_hz):
 def test_published_alpha_gives_the_configured_crossover():
     from narx.baselines.complementary_filter import ComplementaryFilter
 
-    with initialize_config_module(version_base="1.3", config_module="configs"):
+    with initialize_config_module(version_base="1.3", config_module="narx.configs"):
         cfg = compose("benchmark", overrides=["experiment=abhayasinghe_thigh_angle"])
     for name, alpha in (
         ("complementary_filter", 0.9999),

@@ -255,7 +255,7 @@ def test_without_a_still_part_the_bias_stays_and_is_noted():
     trial, _ = _trial("thigh_right", Rotation.identity(), still_s=(), calibration={})
     calibrated = calibrate(trial, "walking")["thigh_right"]
     assert (calibrated.static_bias_rad_s == 0).all()
-    assert any("left in" in note for note in calibrated.notes)
+    assert any("bias unknown, not removed" in note for note in calibrated.notes)
 
 
 def test_what_cannot_be_calibrated_is_refused_in_one_line():
