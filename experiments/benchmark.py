@@ -85,9 +85,10 @@ def run(
         return trial, calibrated
 
     for fold in folds:
-        methods = rivals.methods_for(fold, prepare)
+        methods: dict[str, OrientationMethod] = {}
         if NETWORK_METHODS & set(cfg.methods):
-            methods = _with_network(cfg, sources, fold, log, gathered, progress_folder) | methods
+            methods = _with_network(cfg, sources, fold, log, gathered, progress_folder)
+        methods |= rivals.methods_for(fold, prepare)
         gathered.not_causal |= {name for name, method in methods.items() if not method.causal}
         for part, (trial, calibrated) in one_ahead(fold.test, prepare):
             progress.set_postfix_str("/".join(part.key[1:]))
