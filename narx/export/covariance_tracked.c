@@ -1,4 +1,5 @@
-/* Covariance of all with a relative angle and a share of the lean; returns their own variance. */
+/* Covariance of every state with the sum of a relative angle and lean times the lean's state;
+ * returns the variance of that sum. */
 static narx_real spread_of(const narx_state *s, int axis, narx_real lean, narx_real spread[N])
 {
     int j;
@@ -7,11 +8,11 @@ static narx_real spread_of(const narx_state *s, int axis, narx_real lean, narx_r
     return spread[axis] + lean * spread[LEAN];
 }
 
-/* The covariance is that of angles relative to the posture, posture, bias, lean and velocity: of
- * a heading that nothing bounds, only the relative one counts, and its digits are not lost in the
- * other's. */
+/* The covariance is that of angles relative to the posture, posture, bias, lean and velocity. The
+ * variance of the absolute heading is unbounded; the small variance of the relative heading would
+ * lose its digits in it. */
 
-/* Kalman update by one number; spread: covariance times direction, total: variance of residual. */
+/* Scalar Kalman update; spread: covariance times direction, total: variance of the residual. */
 static void update(narx_state *s, const narx_real spread[N], narx_real total, narx_real residual)
 {
     const narx_real inverse = 1 / total, step = inverse * residual;
@@ -26,7 +27,7 @@ static void update(narx_state *s, const narx_real spread[N], narx_real total, na
     }
 }
 
-/* Widens what is known of a posture by itself. */
+/* Increases the variance of a posture, not that of the absolute angle. */
 static void widen_posture(narx_state *s, int axis, narx_real variance)
 {
     s->covariance[axis][axis] += variance;
@@ -42,7 +43,7 @@ static void measure_state(narx_state *s, int at, narx_real variance, narx_real r
     update(s, spread, spread[at] + variance, residual);
 }
 
-/* What changes from sample to sample, x <- (1 + change) x, as columns and factors. */
+/* Transition over one sample, x <- (1 + change) x: columns and factors of the nonzero entries. */
 #define MOVING (AIDED ? 5 : 3)
 #define MOST 5
 typedef struct {
@@ -59,7 +60,7 @@ static void put(change_type *change, int row, int column, narx_real factor)
     }
 }
 
-/* Carries the covariance over one sample, half of it, since it is symmetric. */
+/* Propagates the covariance over one sample; one half is computed, since it is symmetric. */
 static void propagate(narx_state *s, const change_type *change, narx_real loss)
 {
     static const int ROW[5] = {0, 1, 2, VELOCITY, VELOCITY + 1};

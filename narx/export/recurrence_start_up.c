@@ -1,15 +1,15 @@
 #define LEAK_RAD_S ${leak_rad_s}
 #define SETTLING_GAIN ${settling_gain}
 #define SETTLING_S ${settling_s}
-#define AVERAGED_FROM_S ${averaged_from_s} /* of which the posture is the mean */
+#define AVERAGED_FROM_S ${averaged_from_s} /* movement before the average for the posture begins */
 #define AVERAGING_S ${averaging_s}
 #define PI_PER_AVERAGING ${pi_per_averaging}
 #define MOVEMENT_GAIN ${movement_gain}
 #define MOVEMENT_SQUARE ${movement_square}
-#define WASHOUT_GAIN ${washout_gain} /* of the slow mean that is taken off */
-#define COUPLED ${coupled} /* rates become those of the angles by the tilt so far */
+#define WASHOUT_GAIN ${washout_gain} /* of the slow mean that is subtracted */
+#define COUPLED ${coupled} /* rates are converted to those of the angles with the estimated tilt */
 
-#define HIDDEN ${hidden} /* neurons that were the same are one */
+#define HIDDEN ${hidden} /* identical neurons are merged */
 #define PAST_INPUTS ${past_inputs}
 #define OUTPUT_LAGS ${output_lags}
 #define BIASES ${biases}
@@ -42,7 +42,7 @@ static void hand_over(narx_state *state)
     }
 }
 
-/* Counts movement; returns the weight of this sample in the posture. */
+/* Counts samples in movement; returns the weight of this sample in the posture. */
 static narx_real movement(narx_state *state, const narx_real axis_rates[3])
 {
     const narx_real square = axis_rates[0] * axis_rates[0] + axis_rates[1] * axis_rates[1] +

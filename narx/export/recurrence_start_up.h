@@ -4,8 +4,8 @@
     narx_real posture_sum[3];  /* weighted sum in the start-up, rad */
     narx_real posture_weight;  /* sum of those weights */
     narx_real mean_square;     /* of the rates over the latest second, rad^2/s^2 */
-    narx_real posture[3];      /* angle about which the network swings, rad */
-    narx_real mean[3];         /* of the latest deviations from it, taken off, rad */
+    narx_real posture[3];      /* angle to which the network's output is relative, rad */
+    narx_real mean[3];         /* slow mean of the deviations from it, subtracted, rad */
     narx_real network[3][NARX_NETWORK_STATE]; /* past rates, then past deviations, newest first */
-    unsigned long samples;     /* since the start, while starting */
-    unsigned long moving_left; /* samples in movement, left of the start-up */
+    unsigned long samples;     /* since the start, during the start-up */
+    unsigned long moving_left; /* samples in movement until the start-up ends */

@@ -8,7 +8,7 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define LEAK_RAD_S ${leak}
 #define ANGLE_NOISE ${angle_noise}
 #define RATE_NOISE ${rate_noise}
-#define CENTRE_LOSS ${centre_loss} /* 1 - decay: of a number close to one float has few digits */
+#define CENTRE_LOSS ${centre_loss} /* 1 - decay: a float close to one has few digits of it */
 #define CENTRE_NOISE ${centre_noise}
 #define BIAS_NOISE ${bias_noise}
 #define START_VARIANCE ${start_variance}
@@ -33,7 +33,7 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define VELOCITY_NOISE ${velocity_noise}
 #define SPEED ${speed}
 
-#define HIDDEN ${hidden} /* neurons that were the same are one */
+#define HIDDEN ${hidden} /* identical neurons are merged */
 #define PAST_INPUTS ${past_inputs}
 
 static const narx_real CYCLE_VARIANCE[3] = {${cycle_variance}};
@@ -74,7 +74,7 @@ static narx_real network(const narx_state *s, int axis, narx_real rate, narx_rea
     return output;
 }
 
-/* Carries the angles over one sample; returns the turn rate. */
+/* Propagates the angles over one sample; returns the turn rate. */
 static narx_real carry(narx_state *s, const narx_real own[3], narx_real *cos_frontal)
 {
     narx_real tilt[2], rates[3];
@@ -98,7 +98,7 @@ static narx_real carry(narx_state *s, const narx_real own[3], narx_real *cos_fro
     return rates[2];
 }
 
-/* Follows the swing of the leg; true where a forward swing has just been turned round. */
+/* Tracks the swing of the leg; true at the sample where the end of a forward swing is detected. */
 static int swing_ends(narx_state *s, narx_real own_sagittal)
 {
     narx_real least;
@@ -120,7 +120,7 @@ static int swing_ends(narx_state *s, narx_real own_sagittal)
     return 1;
 }
 
-/* A swing's mean angle is the posture's, more so the more it is like gait. */
+/* Updates the posture by the mean angle of a swing, with more weight the more it is like gait. */
 static void learn_from_swing(narx_state *s)
 {
     const narx_real turn = s->sum_turn / s->samples;
@@ -155,7 +155,7 @@ static void learn_from_swing(narx_state *s)
     s->trust += 1 / doubt;
 }
 
-/* Keeps the heading small, so that it has its digits after many turns; the step is exact. */
+/* Keeps the heading small, so that no digits are lost after many turns; the step is exact. */
 static void shift_heading(narx_state *s, narx_real step)
 {
     int k;
@@ -167,7 +167,7 @@ static void shift_heading(narx_state *s, narx_real step)
     s->heading += step;
 }
 
-/* Takes a small share off; what rounding leaves of it is kept for the next time. */
+/* Subtracts a small share of the value; the rounding error is kept for the next call. */
 static void lose_share(narx_real *value, narx_real *lower, narx_real share)
 {
     const narx_real change = *lower - *value * share, sum = *value + change;

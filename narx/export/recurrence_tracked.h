@@ -3,15 +3,15 @@
 #define NARX_PAST_ANGLES ${past_angles}
     narx_real x[NARX_STATES]; /* angles, posture, bias (3 each), lean, velocity (aided: 2) */
     narx_real covariance[NARX_STATES][NARX_STATES];
-    narx_real heading;                            /* of which x[2] is the rest */
-    narx_real lower[2];                           /* digits of the posture that x has no room for */
+    narx_real heading;                            /* total of the steps subtracted from x[2] */
+    narx_real lower[2];                           /* rounding errors of the posture in x */
     narx_real turn;                               /* turn rate, averaged over half a second */
-    narx_real swing, high, low, span;             /* of the leg, and its turning points */
-    narx_real swing_s, idle_s, period_s;          /* since a turning point, a swing; of the last */
+    narx_real swing, high, low, span;             /* angle of the leg, turning points, range */
+    narx_real swing_s, idle_s, period_s;          /* this swing, time since one, last swing */
     narx_real trust, scatter, missing_s, samples;
-    narx_real sum_angles[3], sum_turn, before[2]; /* over the swing under way, at its start */
+    narx_real sum_angles[3], sum_turn, before[2]; /* over the present swing, at its start */
     narx_real odd[3], mean_rate[3];
     narx_real rates[3][NARX_PAST_RATES];          /* of the angles, newest first */
     narx_real past[3][NARX_PAST_ANGLES];          /* angles, newest first */
     unsigned char rising;
-    unsigned char by_network;                     /* whether the network carried the angles */
+    unsigned char by_network;                     /* whether the network propagates the angles */

@@ -1,4 +1,4 @@
-/* ${title}: see the header. ISO C99, needs the standard math library alone. */
+/* ${title}: see the header. ISO C99, needs only the standard math library. */
 #include "${header}"
 
 #include <math.h>
@@ -7,12 +7,12 @@
 #define INTERVAL_S ${interval_s}
 #define HALF_INTERVAL_S ${half_interval_s}
 #define HALF 0.5${f}
-#define LONGEST_PAUSE_S ${longest_pause_s} /* a longer one is as good */
-#define LOST_MOST ${lost_most} /* ticks of a pause that count */
-#define ON_TICK ${on_tick} /* intervals: a sample this close to a tick is on it */
+#define LONGEST_PAUSE_S ${longest_pause_s} /* longer pauses count as this one */
+#define LOST_MOST ${lost_most} /* at most so many missed ticks are counted */
+#define ON_TICK ${on_tick} /* in intervals: a sample this close to a tick counts as on it */
 #define SMALLEST_COS_FRONTAL ${smallest_cos_frontal}
 
-/* Sine and cosine of moderate angles, and tanh of small numbers: the library's take longer. */
+/* Short series for sine, cosine and tanh of small arguments: faster than the library's. */
 #define SHORT_SERIES ${short_series}
 
 static void sine_cosine(narx_real x, narx_real *sine, narx_real *cosine)
@@ -57,12 +57,12 @@ static narx_real rates_of_angles(const narx_real axis_rates[3], const narx_real 
 /* ---- the recurrence, one interval at a time ---- */
 
 ${recurrence}
-/* ---- samples, lost ones and time ---- */
+/* ---- samples, missing samples and time ---- */
 
 static int usable(const narx_real inputs[NARX_INPUTS])
 {
     int i;
-    for (i = 0; i < NARX_INPUTS; i++) /* NaN is not below the limit either */
+    for (i = 0; i < NARX_INPUTS; i++) /* false for NaN, too */
         if (!(fabs${f}(inputs[i]) <= (i < 3 ? NARX_RATE_LIMIT_RAD_S : NARX_FORCE_LIMIT_M_S2)))
             return 0;
     return 1;

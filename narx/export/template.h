@@ -14,7 +14,7 @@
  *
  * Written by narx-orientation ${version} from the checkpoint of SHA-256
  * ${sha256};
- * the whole of what it is, as JSON: NARX_IDENTITY.
+ * NARX_IDENTITY is its complete description, as JSON.
  */
 #ifndef ${guard}
 #define ${guard}
@@ -27,32 +27,32 @@ typedef ${real} narx_real;
 
 #define NARX_SAMPLING_RATE_HZ ${sampling_rate_hz}
 #define NARX_INPUTS ${inputs}
-/* an input beyond is a fault: the sample counts as missing */
+/* an input beyond these limits is a fault: the sample counts as missing */
 #define NARX_RATE_LIMIT_RAD_S ${rate_limit_rad_s}
 #define NARX_FORCE_LIMIT_M_S2 ${force_limit_m_s2}
-#define NARX_MAX_GAP_S ${max_gap_s} /* between samples, up to which what was lost is interpolated */
+#define NARX_MAX_GAP_S ${max_gap_s} /* longest gap between samples that is interpolated */
 #define NARX_TRACKED ${tracked}
 #define NARX_IDENTITY ${identity}
 
 typedef struct {
     narx_real angles[3];           /* rad */
     narx_real latest[NARX_INPUTS]; /* latest sample */
-    narx_real since_s;             /* time since it */
-    narx_real past_s;              /* time by which it came after its tick */
+    narx_real since_s;             /* time since the latest sample */
+    narx_real past_s;              /* delay of that sample after its tick */
     unsigned char known;           /* whether the start pose was given */
-    unsigned char seen;            /* whether there was a sample yet */
+    unsigned char seen;            /* whether there has been a sample */
 ${fields}} narx_state;
 
 /* initial_angles: start pose, zero when standing upright; NULL if it is unknown. */
 void narx_start(narx_state *state, const narx_real *initial_angles);
 
-/* One sample, NARX_SAMPLING_RATE_HZ of them a second, lost ones as NaN. The angles of a missing
- * sample are NaN; what was lost is made up with the next one, unless the gap is too long: then the
- * angles go on from where they were. */
+/* One sample, at NARX_SAMPLING_RATE_HZ samples per second; pass a lost sample as NaN. The angles of
+ * a missing sample are NaN; the gap is interpolated at the next sample, unless it is longer than
+ * NARX_MAX_GAP_S: then the angles continue from their values before the gap. */
 void narx_step(narx_state *state, const narx_real inputs[NARX_INPUTS], narx_real angles[3]);
 
-/* The same at any time: interval_s since the call before. Packets that were lost altogether, jitter
- * and another sampling rate then cost little. */
+/* The same for any sampling times: interval_s is the time since the previous call. Lost packets,
+ * jitter and a different sampling rate then cause little error. */
 void narx_step_after(narx_state *state, narx_real interval_s, const narx_real inputs[NARX_INPUTS],
                      narx_real angles[3]);
 
