@@ -1,4 +1,4 @@
-"""A walk with known angles, as a sensor on a right thigh records it, and the ways files hold it."""
+"""A walk with known angles, as recorded at the right thigh, and the file formats that hold it."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ ACCELEROMETER = tuple(f"accelerometer_{axis}_m_s2" for axis in "xyz")
 
 
 def true_angles_rad(time_s):
-    """Sagittal, frontal and transverse angle: standing, then strides about a bent posture."""
+    """Sagittal, frontal and transverse angle: standing, then strides about a flexed posture."""
     ramp = np.clip(time_s - STAND_S, 0.0, 1.0)
     ramp = ramp**2 * (3.0 - 2.0 * ramp)
     phase = 2.0 * np.pi * STRIDE_HZ * (time_s - STAND_S)

@@ -71,14 +71,14 @@ def test_the_horizontal_axis_is_not_the_long_one(seed):
 
 
 def test_the_leg_swings_forward_faster_than_back():
-    """Flexion is about minus left: a rate skewed to positive flexion means the axis points left."""
+    """Flexion is about minus left: a rate skewed to positive flexion gives an axis to the left."""
     left = np.array([0.0, 1.0, 0.0])
     phase = np.linspace(0.0, 20 * np.pi, 4000, endpoint=False)
     flexion = np.cos(phase) + 0.3 * np.cos(2 * phase)  # skewness 0.77
     rate = np.outer(-flexion, left)
     assert swing_sign(rate, left) == 1
     assert swing_sign(rate, -left) == -1
-    # third moment 0.75 a, power (1 + a^2) / 2: 0.0105 sqrt(8) 0.75 is below a tenth
+    # third moment 0.75 a, power (1 + a^2) / 2: for a = 0.03 the skewness is 0.06, below 0.1
     weak = np.outer(-(np.cos(phase) + 0.03 * np.cos(2 * phase)), left)
     assert swing_sign(weak, left) == 0
     stronger = np.outer(-(np.cos(phase) + 0.06 * np.cos(2 * phase)), left)

@@ -150,7 +150,7 @@ def test_signals_are_the_derivatives_of_the_angles_in_all_axes(side):
     slope = np.gradient(walk, 1.0 / _RATE_HZ, axis=0)
     from_signals = coupled_rates(signals.axis_rates_rad_s, walk)
     assert np.abs(from_signals - slope)[350:-5].max() < 0.02 * np.abs(slope).max()
-    # specific force: forward tilt of the segment shows as gravity along x, mirrored like the rest
+    # the accelerometer shows a forward tilt as gravity along x; a left leg is mirrored as above
     expected = GRAVITY_M_S2 * np.sin(walk[:, 0])
     assert np.allclose(signals.specific_force_m_s2[:, 0], expected, atol=0.3)
 
@@ -167,7 +167,7 @@ def test_heading_of_the_calibration_posture_is_removed(heading, frame):
 
 def test_anatomical_reference_is_made_upright_in_the_posture():
     trial, walk = _trial("thigh_right", Rotation.identity(), frame="anatomical")
-    markers = Rotation.from_euler("ZYX", [0.0, 0.12, -0.08])  # joint centres are not plumb
+    markers = Rotation.from_euler("ZYX", [0.0, 0.12, -0.08])  # joint centres are not vertical
     reference = Rotation.from_quat(
         trial.reference["thigh_right"].quaternion_wxyz, scalar_first=True
     )
@@ -245,7 +245,7 @@ def test_sensors_that_are_no_legs_share_their_heading_at_rest():
     assert np.degrees((a[:100].inv() * b[:100]).magnitude()).max() < 0.1
     true = (first.inv() * second).magnitude()
     assert (a.inv() * b).magnitude() == pytest.approx(true, abs=1e-3)
-    # both turn about one common axis, so the joint does
+    # both segments rotate about the same axis, so the joint does too
     joint = (a.inv() * b).as_rotvec()
     axes = joint[true > 0.3] / np.linalg.norm(joint[true > 0.3], axis=1, keepdims=True)
     assert np.abs(axes @ axes[0]).min() > 0.999
@@ -290,7 +290,7 @@ def test_what_cannot_be_calibrated_is_refused_in_one_line():
 
 def test_something_that_does_not_walk_is_refused():
     time = _time(20.0)
-    # as fast back as forth
+    # the rate is not skewed: forward and backward swing are equally fast
     swing = Rotation.from_rotvec(np.outer(0.3 * np.sin(2 * np.pi * time), [0.0, 1.0, 0.0]))
     trial = Trial(
         "made", "s", "c", "t", _RATE_HZ, {"thigh": _imu("thigh", swing, Rotation.identity())}
@@ -306,7 +306,7 @@ def test_kind_of():
 
 
 def _leg_trial(side, mountings, abduction_off=0.0, thigh_tissue=0.0, flexion_off=0.0):
-    """A leg that is abducted and whose knee is flexed about axes off by angles about z, rad."""
+    """A leg that abducts and flexes its knee about axes rotated about z (angles in rad)."""
     still = np.zeros((500, 3))
     lift, swing = np.zeros((len(_time(10.0)), 3)), np.zeros((len(_time(10.0)), 3))
     lift[:, 1] = _lifts(np.radians(30.0))
@@ -348,7 +348,7 @@ def test_leg_calibration_recovers_any_mounting_and_halves_the_error_of_one_movem
         for (segment, calibrated), off in zip(
             calibrate(imperfect, mode).items(), degrees, strict=True
         ):
-            # vectors in the found frame are those of the true one, turned back
+            # a rotation of the axis by `off` rotates the estimated frame by -off about z
             error = (calibrated.sensor_to_anatomical * mountings[segment]).as_rotvec(degrees=True)
             assert error == pytest.approx([0.0, 0.0, -off], abs=0.3), (mode, segment)
 
@@ -380,6 +380,6 @@ def test_simulated_sensors_are_calibrated_to_their_bones(mode, how):
             for of in (truth.segment_wxyz, truth.sensor_wxyz)
         )
         error = (calibrated.sensor_to_anatomical * (sensor.inv() * bone)).mean().as_rotvec()
-        # gravity gives two directions well; the movement's axis, imperfect as people are, less so
+        # gravity fixes two angles well; the third depends on how well the movement follows its axis
         assert np.degrees(np.abs(error[:2])).max() < 4.0, segment
         assert np.degrees(abs(error[2])) < 12.0, segment

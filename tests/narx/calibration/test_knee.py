@@ -1,4 +1,4 @@
-"""The knee tells both sensors of a leg which way they face."""
+"""The knee constrains the headings of both sensors of a leg."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def _leg(abduction_per_flexion=0.0):
     """Orientations of thigh and shank of a right leg that stands, then walks."""
     phase = 2 * np.pi * 0.9 * np.maximum(_TIME_S - _STAND_S, 0.0)
     ramp = np.clip((_TIME_S - _STAND_S) / 2.0, 0.0, 1.0)[:, None]
-    # the thigh's swing is skewed, as legs are: forwards faster than back
+    # the thigh's angular rate is skewed as in gait: the forward swing is faster
     hip = np.column_stack(
         [20 * np.sin(phase + 0.35 * np.sin(phase)), 3 * np.sin(phase + 1), 4 * np.sin(phase + 2)]
     )
@@ -41,7 +41,7 @@ def _rates(orientation):
 
 
 def _faced(orientation, error_deg):
-    """Axis rates of a segment whose frame is off by an angle about z."""
+    """Axis rates of a segment whose frame is rotated by an angle about z."""
     turn = Rotation.from_euler("Z", -error_deg, degrees=True)
     return axis_rates(turn.apply(_rates(orientation)))
 
@@ -74,7 +74,7 @@ def test_the_less_certain_heading_is_rotated():
 
 
 def test_true_knee_abduction_is_preserved():
-    # the answer minimises what the docstring says: checked on a grid
+    # the result minimises the cost in the docstring of `knee_headings`
     thigh, shank = _leg(abduction_per_flexion=0.1)
     exact = knee_headings(_faced(thigh, 0.0), _faced(shank, 0.0), _RATE_HZ, HEADING_SD_DEG)
     free = knee_headings(
@@ -82,13 +82,13 @@ def test_true_knee_abduction_is_preserved():
     )
     sd = np.array(HEADING_SD_DEG)
     assert np.sum((np.degrees(exact) / sd) ** 2) < np.sum((np.degrees(free) / sd) ** 2)
-    # without any turn the cost is the abduction's own, so the turns cannot cost more than that
+    # with zero turns the cost is the variance of the abduction alone, an upper bound
     flexion = 20 - 12 * np.cos(_TIME_S) - 18 * np.cos(2 * _TIME_S)
     assert np.sum((np.degrees(exact) / sd) ** 2) < np.var(0.1 * flexion) / ABDUCTION_DEG**2
 
 
 def _trial(side, **changes):
-    """A walk seen by sensors with any mounting."""
+    """A walk recorded by sensors with arbitrary mounting."""
     imus = {}
     for k, (name, orientation) in enumerate(zip(("thigh", "shank"), _leg(), strict=True)):
         rate, force = _rates(orientation), orientation.inv().apply([0.0, 0.0, GRAVITY_M_S2])
@@ -132,7 +132,7 @@ def test_without_a_knee_to_see_the_segment_keeps_its_own_frame():
     nowhere = {"still_s": (), "starts_in_calibration_posture": False}
     assert not any(_turned(_trial("right", **nowhere)).values())
     assert not any(_turned(_trial("right", walking_s=(_STAND_S, 4.5))).values())
-    # stood, then went somewhere else before the walk
+    # the walk does not follow the standing directly
     assert not any(_turned(_trial("right", walking_s=(9.0, 19.0))).values())
     at_once = {"still_s": (), "walking_s": None}
     assert all(_turned(_trial("right", **at_once)).values())

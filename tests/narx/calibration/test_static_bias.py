@@ -1,4 +1,4 @@
-"""The bias comes from a sensor on a table, else from all standing, by how well each tells."""
+"""The bias from a sensor at rest, or else from all standing, weighted by precision."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_the_hand_that_takes_the_sensor_up_is_left_out():
     clean = np.vstack([still[260:800], still[801:2840]])
     assert found.bias_rad_s == pytest.approx(clean.mean(axis=0), abs=2e-5)
     assert resting_mean(np.full((5, 3), np.nan), _RATE_HZ, "x") is None
-    # a recording that never rests is none; what follows in line is taken
+    # a recording without rest gives no bias; the next recording in order is used
     shaking = np.tile([[1.0, 0, 0], [-1.0, 0, 0]], (50, 1)).repeat(20, axis=0)
     part = static_bias(_trial(shaking, still=shaking, standing=_noise(900, 0.01) + _BIAS), "thigh")
     assert part.where == "recording 'standing'"
@@ -88,7 +88,7 @@ def test_stands_are_averaged_by_how_well_they_tell():
         ):
             errors[name].append(static_bias(trial, "thigh").bias_rad_s - _BIAS)
     rms = {name: np.sqrt(np.mean(np.square(error))) for name, error in errors.items()}
-    # the mean rate is off by the way between the ends over the time
+    # the error of the mean rate is the angle between the ends divided by the duration
     assert rms["long"] / rms["short"] == pytest.approx(4.0 / 10.0, rel=0.25)
     assert rms["all"] < 1.02 * rms["long"]
     assert rms["all"] < 0.5 * rms["short"]
@@ -105,7 +105,7 @@ def test_a_restless_stand_counts_less_and_none_is_none():
 
 
 def test_weights_of_standing_parts_by_hand():
-    """The inverse variance of the angle between the ends over the time: (T / scatter)^2."""
+    """The inverse variance of the mean rate: (duration / SD of the angle between the ends)^2."""
     alternating = np.where(np.arange(2000) % 2, 1.0, -1.0)[:, None] * [1.0, 0.0, 0.0]
     standing = [0.02, 0.0, 0.0] + 0.01 * alternating[:800]
     walk = np.vstack([[0.05, 0.0, 0.0] + 0.03 * alternating[:400], _noise(600, 1.0)])

@@ -1,4 +1,4 @@
-"""Damaged recordings for the readers, from a seed: the same number gives the same file."""
+"""Damaged recordings for the readers; the same seed gives the same file."""
 
 import io
 import zipfile
@@ -36,7 +36,7 @@ def _walk(generator: np.random.Generator) -> pd.DataFrame:
 
 
 def _numbers(table: pd.DataFrame, generator: np.random.Generator) -> pd.DataFrame:
-    """Damage to the numbers: clocks, units, values that cannot be."""
+    """Damage to the numbers: clocks, units, impossible values."""
     table = table.copy()
     n = len(table)
     column = generator.integers(table.shape[1])
@@ -123,7 +123,7 @@ def _csv(table: pd.DataFrame) -> bytes:
 
 def _parquet(table: pd.DataFrame) -> bytes:
     stream = io.BytesIO()
-    # pandas does not write a name twice
+    # pandas does not write duplicate column names
     arrays = [pyarrow.array(table.iloc[:, k].to_numpy()) for k in range(table.shape[1])]
     pyarrow.parquet.write_table(pyarrow.Table.from_arrays(arrays, list(table.columns)), stream)
     return stream.getvalue()
@@ -131,7 +131,7 @@ def _parquet(table: pd.DataFrame) -> bytes:
 
 def _mat(table: pd.DataFrame) -> bytes:
     stream = io.BytesIO()
-    # MATLAB's names are short
+    # MATLAB limits the length of names
     columns = {name[:31]: values.to_numpy() for name, values in table.items() if name.strip()}
     scipy.io.savemat(stream, columns, do_compression=len(table) % 2 == 0)
     return stream.getvalue()

@@ -1,4 +1,4 @@
-"""A user's own CSV: units by name, written then read is equal, damage is named."""
+"""A user's CSV file: units by column name, lossless round trip, errors that name the damage."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Exports of known devices, written here after their public descriptions, give the same samples."""
+"""Exports in the documented layouts of known devices are read as the same samples."""
 
 import zipfile
 

@@ -1,4 +1,4 @@
-"""Download once, check, and say what to do where there is no network."""
+"""Files are downloaded once and verified; without a network the error says what to do."""
 
 import hashlib
 import re
@@ -98,7 +98,7 @@ def test_hashes_are_those_of_the_recordings(name, data_root):
     if not (data_root / name).is_dir():
         pytest.skip(f"no {name}")
     folder = data_root / name
-    # a folder may hold a part of what is published
+    # a folder may hold only some of the published files
     present = {file for file in PUBLIC[name].sha256 if (folder / file).is_file()}
     assert present
     assert set(download.checked_sources(name, folder, [folder / f for f in present])) == present

@@ -1,4 +1,4 @@
-"""MATLAB files: fields by name, damage by name."""
+"""MATLAB files: fields are found by name, and errors name the damaged field."""
 
 import struct
 import tracemalloc
@@ -58,7 +58,7 @@ def test_no_such_file(tmp_path):
 
 
 def test_a_small_file_that_asks_for_gigabytes_is_refused(tmp_path):
-    """Zeros pack a thousandfold; here 600 MB of them, written without having them in memory."""
+    """Zeros compress a thousandfold; this writes 600 MB of them without holding them in memory."""
     path = tmp_path / "bomb.mat"
     packer = zlib.compressobj(9)
     zeros, n = bytes(2**20), 600

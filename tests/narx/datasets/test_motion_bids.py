@@ -1,4 +1,4 @@
-"""Motion-BIDS folders, written here in small."""
+"""Small Motion-BIDS folders, written by the tests."""
 
 import json
 
@@ -82,7 +82,7 @@ def test_inertial_and_optical_systems_become_one_trial(folder):
     trial = source.load("07", "walk", "01")
     assert trial.sampling_rate_hz == _RATE_HZ
     assert set(trial.imus) == {"thigh_left"}
-    # latencies put the optical clock 50 ms ahead of what happened
+    # with the latencies, the optical time stamps are 50 ms early
     assert trial.clock_offset_s["thigh_left"] == pytest.approx(-0.05, abs=1e-3)
     imu = trial.imus["thigh_left"]
     assert np.isnan(imu.gyroscope_rad_s[1510:1590]).all()
@@ -234,7 +234,7 @@ def test_the_unit_of_latencies_is_fixed(folder, unit):
 
 
 def test_unneeded_channels_do_not_prevent_reading(folder):
-    """An Euler orientation of a neighbour, and no accelerometer."""
+    """Euler orientation recorded by a second sensor, which has no accelerometer."""
     _edit(next(folder.rglob("*imu*channels.tsv")), "ACCEL", "MISC")
     channels = next(folder.rglob("*mocap*channels.tsv"))
     _edit(channels, "quat_w", "x")
@@ -296,7 +296,7 @@ def test_the_effective_rate_is_the_rate(folder):
 
 
 def test_acquisition_times_bring_systems_together(tmp_path):
-    """The shank's system began 2 s after the thigh's; both see the same motion."""
+    """The shank's system started 2 s after the thigh's; both record the same motion."""
     for system, point, rate_hz, begin in (
         ("imuS", "shank_right", 25.6, 2.0),
         ("imuT", "thigh_right", 25.0, 0.0),

@@ -1,4 +1,4 @@
-"""Damaged recordings end with angles that can be, or with one line that names the file.
+"""Reading a damaged recording gives plausible angles or a one-line error that names the file.
 
 `NARX_MUTATIONS=10000 pytest tests/narx/datasets/test_mutations.py` tries as many.
 """
@@ -26,7 +26,7 @@ _SPEC.loader.exec_module(mutations)
 N = int(os.environ.get("NARX_MUTATIONS", "100"))
 _CHUNK = 50
 _LONGEST_S = 60.0
-# a heading may turn many times, but not in half a minute
+# a heading may accumulate many turns, but not within half a minute
 _LARGEST_RAD = 100.0
 
 
@@ -52,7 +52,7 @@ def test_a_damaged_file_ends_with_a_result_or_one_line(first, method, tmp_path):
 
 
 def _fault(path, method):
-    """What is wrong with the way in which a file ends."""
+    """Describe what is wrong with the outcome of reading a file."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")

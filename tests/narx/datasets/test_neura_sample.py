@@ -61,8 +61,8 @@ def test_reference_moves_like_a_walk_and_the_gyroscopes_with_it(trial):
 
 
 def test_heading_misalignment_is_a_few_degrees(trial):
-    # of sensors that know the walk alone; what the right shank gains for the knee's abduction it
-    # loses here (docs/recordings.md)
+    # with sensors calibrated from the walk alone; reducing the knee's abduction turns the right
+    # shank's heading away from that of the markers (docs/recordings.md)
     for one in calibrate(trial, remove_heading_misalignment=True).values():
         note = next(n for n in one.notes if "about the vertical" in n)
         assert abs(float(note.split()[0])) < 15.0
@@ -91,7 +91,7 @@ def test_the_knee_takes_cross_talk_out_of_its_abduction(trial):
         return np.degrees(np.nanstd((reference - estimate)[walk, 1]))
 
     by_knee = calibrate(trial)
-    # a segment at a time there is no knee to see
+    # with one segment at a time, the knee cannot be used
     alone = {
         s: calibrate(replace(trial, imus={s: imu}, reference={s: trial.reference[s]}))[s]
         for s, imu in trial.imus.items()

@@ -1,4 +1,4 @@
-"""The fast reader gives what the other one gives, or leaves the file to it."""
+"""The fast reader gives the same result as the general one, or leaves the file to it."""
 
 from pathlib import Path
 
@@ -49,7 +49,7 @@ def test_a_usual_recording_is_read_by_it():
 @pytest.mark.parametrize(
     "content",
     [
-        b"time_s,x\n0,1\n0.01,2",  # perhaps cut off
+        b"time_s,x\n0,1\n0.01,2",  # possibly truncated
         b"time_s,x\n0,1\n0.01\n0.02,3\n",
         b"time_s;x\n0;1\n",
         b'"time_s","x"\n0,1\n',

@@ -1,4 +1,4 @@
-"""What comes from the store is what was put in, bit for bit, and only where nothing has changed."""
+"""The store returns what was saved bit for bit, and only if nothing has changed since."""
 
 import ast
 import os
@@ -17,7 +17,7 @@ NAMES = ("S1", "normal", "1")
 
 
 class CountingGait(SimulatedGait):
-    """Counts how often it simulates."""
+    """Counts the simulations."""
 
     count = 0
 
@@ -74,7 +74,7 @@ def test_the_least_recently_used_is_deleted_first(tmp_path):
     for age, key in enumerate("abc"):
         store.get(key, lambda: bytes(900))
         os.utime(tmp_path / f"{key}.pickle", (1000 + age, 1000 + age))
-    store.get("a", lambda: bytes(900))  # used again
+    store.get("a", lambda: bytes(900))  # now the most recently used
     store.get("d", lambda: bytes(900))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pickle", "d.pickle"]
 

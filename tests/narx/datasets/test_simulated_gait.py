@@ -42,7 +42,7 @@ def test_gyroscope_integrated_from_the_true_start_gives_the_true_orientation(ide
     trial, truth = ideal
     rate = trial.imus[segment].gyroscope_rad_s
     step = 1.0 / trial.sampling_rate_hz
-    # fourth-order Magnus steps: Adams' weights over four samples, and the commutator
+    # fourth-order Magnus step: mean rate by a four-point Adams formula, and the commutator term
     mean = (-rate[:-3] + 13.0 * rate[1:-2] + 13.0 * rate[2:-1] - rate[3:]) / 24.0
     turn = step * mean + step**2 / 12.0 * np.cross(rate[1:-2], rate[2:-1])
     true = _rotation(truth.sensor_wxyz[segment])
@@ -61,10 +61,10 @@ def test_specific_force_is_the_second_derivative_of_the_place(ideal, segment):
     plain = (place[2:] - 2.0 * place[1:-1] + place[:-2]) / step**2
     force = _rotation(truth.sensor_wxyz[segment]).apply(trial.imus[segment].accelerometer_m_s2)
     difference = force[1:-1] - plain - [0.0, 0.0, GRAVITY_M_S2]
-    # plain differences are only second order, which shows where a heel strikes
+    # central differences are only of second order, so errors remain at heel strikes
     assert np.sqrt(np.mean(difference**2)) < 0.03
     assert np.abs(difference).max() < 0.4
-    # against accelerations of several m/s^2
+    # for scale: the accelerations reach several m/s^2
     assert np.abs(plain[trial.time_s[1:-1] > 10.0]).max() > 3.0
 
 
@@ -73,7 +73,7 @@ def test_specific_force_at_rest_is_gravity(ideal):
     still = trial.time_s < 3.5
     for segment, imu in trial.imus.items():
         force = imu.accelerometer_m_s2[still]
-        # people sway
+        # postural sway
         assert np.linalg.norm(force, axis=1).mean() == pytest.approx(GRAVITY_M_S2, abs=0.01)
         up = _rotation(truth.sensor_wxyz[segment][still]).apply(force)
         np.testing.assert_allclose(up.mean(axis=0), [0, 0, GRAVITY_M_S2], atol=0.02)
@@ -104,7 +104,7 @@ def test_gyroscope_and_place_are_those_of_walking(ideal):
     place = truth.sensor_position_m["pelvis"][walking]
     assert 0.015 < np.ptp(place[:, 2]) < 0.08
     assert 0.02 < np.ptp(place[:, 1]) < 0.15
-    # a treadmill walker keeps the place
+    # on a treadmill the walker stays in place
     assert np.ptp(place[:, 0]) < 0.15
 
 
@@ -138,7 +138,7 @@ def test_the_same_motion_at_another_rate(ideal, rate_hz):
     fine, fine_truth = ideal
     source = SimulatedGait(ideal=True, sampling_rate_hz=rate_hz, **SHORT)
     coarse, truth = source.load("S1", "fast", "1"), source.truth("S1", "fast", "1")
-    # every fifth sample at 500 Hz falls on the 100 Hz clock, and on every second of 200 Hz
+    # every fifth sample at 500 Hz coincides with the 100 Hz clock and every second one at 200 Hz
     fine_part, coarse_part = slice(None, None, 5), slice(None, None, round(rate_hz / 100.0))
     for segment in LEGS:
         a = _rotation(fine_truth.sensor_wxyz[segment][fine_part])
@@ -169,7 +169,7 @@ def test_readings_stay_within_the_sensor_s_range_and_on_its_grid(trial):
             counts = signal / (2 * full_range / 2**16)
             np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
             assert np.abs(counts).max() <= 2**15
-            # a signal that sat on the grid by being zero would prove nothing
+            # guard against a signal that lies on the grid only because it is zero
             assert len(np.unique(np.round(counts))) > 1000
 
 
@@ -372,7 +372,7 @@ def test_errors_can_be_left_out_one_by_one(trial):
         for name, values in parts(without(source)[0]).items():
             same = np.array_equal(values, parts(trial)[name], equal_nan=True)
             assert same == (name not in touched), (source, name)
-    # what is left when all are gone: noise
+    # only noise remains when all error sources are removed
     exact, truth = without(*get_args(ErrorSource))
     for segment in LEGS:
         bone, tracked, sensor = (
@@ -455,7 +455,7 @@ def test_trials_stream_through_memory():
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert n_samples == 12_500
-    # nine trials pass, at no time is more than the work for one of them in memory
+    # nine trials are generated; peak memory is that of generating one
     assert peak < 60 * size
 
 
@@ -465,7 +465,7 @@ def test_a_trial_has_names_and_metadata(trial):
     assert {f.name for f in fields(trial)} >= {"events", "calibration", "still_s"}
 
 
-# a real walk beside it
+# comparison with a real walk
 
 
 @pytest.mark.recordings
@@ -487,7 +487,7 @@ def test_simulated_joint_angles_resemble_a_real_walk(data_root):
     for name, joint, axis, least_r, most_deg in (
         ("-knee_angle_l", "knee_left", 0, 0.94, 8.0),
         ("hip_flexion_l", "hip_left", 0, 0.97, 4.0),
-        # one person's frontal plane is not the mean person's
+        # frontal-plane curves vary between people
         ("-hip_adduction_l", "hip_left", 1, 0.3, 5.0),
     ):
         sign = -1.0 if name.startswith("-") else 1.0

@@ -1,4 +1,4 @@
-"""Pocket walks: made-up ones with a known truth, and the real ones."""
+"""Pocket walks: synthetic ones with known truth, and real ones."""
 
 import shutil
 
@@ -23,7 +23,7 @@ _CONDITION = "NoDist_FrontPocket"
 
 
 def _walk(duration_s=20.0, rate_hz=1000.0):
-    """Fine clock, body-to-lab orientation, body rates of something like a walk with a turn."""
+    """Fine clock, body-to-lab orientation and body rates of a gait-like motion with a turn."""
     time = np.arange(0.0, duration_s, 1.0 / rate_hz)
     phase = 2 * np.pi * 0.9 * time
     angles = np.column_stack(
@@ -44,7 +44,7 @@ def _save(path, time, values):
 
 
 def write_walk(root, walker, phone, condition=_CONDITION):
-    """Write a walk as upstream would have."""
+    """Write a walk in the format of the published data set."""
     rng = np.random.default_rng(len(walker))
     ios = phone.startswith("iPhone")
     system = root / ("ios" if ios else "android")
@@ -195,7 +195,7 @@ def walks(data_root):
 
 @pytest.mark.recordings
 def test_real_clock_offsets_lie_where_others_found_them(walks):
-    # 8 to 24 ms, the phone behind
+    # published offsets: 8 to 24 ms, the phone lagging
     for trial in walks:
         assert 0.007 < trial.clock_offset_s["thigh"] < 0.026, trial.name
 
@@ -220,7 +220,7 @@ def test_real_reference_and_sagittal_rate_agree(walks):
         slope = np.gradient(calibrated.reference_angles_rad, 1 / trial.sampling_rate_hz, axis=0)
         rate = calibrated.signals.axis_rates_rad_s
         both = np.isfinite(slope[:, 0]) & np.isfinite(rate[:, 0])
-        # positive: forward is forward, though only the gyroscope was asked
+        # a positive correlation: the forward direction, found from the gyroscope alone, is right
         assert 0.96 < np.corrcoef(slope[both, 0], rate[both, 0])[0, 1] <= 1.0, trial.name
         # the global frame is upright
         there = np.isfinite(calibrated.reference_wxyz).all(axis=1)

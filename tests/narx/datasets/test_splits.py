@@ -1,4 +1,4 @@
-"""Splits: nobody is tested on what was trained on, and everybody is tested once."""
+"""Splits: no subject is in both training and test set, and each is tested exactly once."""
 
 import pandas as pd
 import pytest

@@ -1,4 +1,4 @@
-"""A study of one's own: what its description says is what comes out, or one line says why not."""
+"""A user's own study is read as its description specifies, or refused with a one-line reason."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""A damaged text file is refused with its place, not read in part."""
+"""A damaged text file is refused with the position of the damage, not read in part."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Optically tracked sensors: faults out, one clock, one frame; joint and BROAD files."""
+"""Optically tracked sensors: faults, common clock and frame; joint and BROAD files."""
 
 import functools
 

@@ -9,7 +9,7 @@ TIME_S = np.arange(0, 1800, 0.1)
 
 
 def walk_error(generator, memory_s=0.0):
-    """Error of a steady walk in rad: a part every stride, noise, and a bias that wanders."""
+    """Error of a steady walk in rad: a stride-periodic part, noise, and a slowly varying bias."""
     error = 0.05 * np.sin(2 * np.pi * TIME_S / 1.1)
     error += generator.normal(0, 0.02, len(TIME_S))
     if memory_s:
@@ -58,8 +58,8 @@ SHORT = TIME_S < 1200  # four windows
 
 @pytest.mark.parametrize("memory_s", [0.0, 20.0])
 def test_a_steady_error_of_a_short_walk_is_rarely_called_drift(memory_s):
-    # a bias that wanders with a memory of two blocks: taken as independent, blocks would cry
-    # drift in a third of such walks
+    # the bias is correlated over two blocks: if blocks were treated as independent, a third of such
+    # walks would be reported as drifting
     generator = np.random.default_rng(2)
     found = [
         drift_test(TIME_S[SHORT], walk_error(generator, memory_s)[SHORT], quantity="bias")
@@ -115,13 +115,13 @@ def test_a_steady_hour_is_called_drift_as_often_as_said(kind, most):
     found = [hour_test(by_blocks(kind, generator, len(BLOCKS_S))) for _ in range(300)]
     assert 0.015 < np.mean([test.p_value < 0.05 for test in found]) < most
     assert {(test.n_windows, test.freedom) for test in found} == {(12, 10.0)}
-    # the interval holds no change as often as the test finds none
+    # the interval contains zero exactly when the test is not significant
     inside = np.mean([test.low_deg < 0.0 < test.high_deg for test in found])
     assert inside == np.mean([test.p_value > 0.05 for test in found])
 
 
 def test_blocks_within_windows_miss_slower_fluctuations():
-    """Why windows are the yardstick: blocks alone cry drift in many a steady hour."""
+    """Why windows are used: with blocks alone, many a steady hour would be reported as drifting."""
     generator = np.random.default_rng(6)
     ends = (BLOCKS_S < 300) | (BLOCKS_S >= 3300)
     called = []

@@ -1,4 +1,4 @@
-"""Trials are scored at the rate asked for, of what methods estimate at their own."""
+"""Trials are scored at the requested rate; methods estimate at their own rate."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def walk():
 
 
 class Counting:
-    """The reference with a slow error, and how many samples it was asked for."""
+    """The reference plus a slow error; records how many samples it was given."""
 
     def __init__(self, calibrated):
         self.calibrated, self.asked = calibrated, []

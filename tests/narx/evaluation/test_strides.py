@@ -1,4 +1,4 @@
-"""Strides of a comparison: what is cut, what is measured."""
+"""Strides of a comparison: segmentation and measures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What of a trial is scored, which methods ran, and which could not."""
+"""Which samples of a trial are scored, which methods ran, and which were not applicable."""
 
 from types import SimpleNamespace
 

@@ -53,7 +53,7 @@ def test_nothing_and_nonsense():
 
 
 def test_an_error_on_the_bound_is_inside():
-    """A central band is closed: as many errors at its bound as beyond it would be half covered."""
+    """A central interval is closed: an error exactly at its bound is covered."""
     bound = stats.norm.ppf(0.5 + 0.95 / 2.0)
     assert coverage_curve([bound, -bound], [1.0, 1.0], [0.95]) == 1.0
     assert coverage_curve([np.nextafter(bound, 9.0)], [1.0], [0.95]) == 0.0

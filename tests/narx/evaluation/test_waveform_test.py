@@ -1,4 +1,4 @@
-"""The test over the gait cycle finds what is there and stays silent where nothing is."""
+"""The test over the gait cycle detects real differences and controls false positives."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ PERCENT = np.linspace(0.0, 100.0, 101)
 
 
 def smooth_noise(rng, n):
-    """Random waveforms of a few slow harmonics."""
+    """Random waveforms of a few low harmonics."""
     order = np.arange(1, 6)
     phases = rng.uniform(0, 2 * np.pi, (n, 5, 1))
     sizes = rng.normal(0, 1.0, (n, 5, 1)) / order[:, None]

@@ -1,4 +1,4 @@
-"""The clock of a run."""
+"""Measuring the time and memory of a run."""
 
 import subprocess
 import sys
@@ -35,7 +35,7 @@ def test_time_is_counted_by_method_even_if_it_fails():
 
 @pytest.mark.skipif(peak_memory_mib() is None, reason="the system does not tell")
 def test_peak_memory_sees_a_large_array():
-    """In a process of its own, since what ran before in this one may have had more."""
+    """Run in a separate process, since earlier tests may have raised this one's peak memory."""
     program = (
         "import numpy as np; from narx.evaluation.workload import peak_memory_mib as peak;"
         "before = peak(); array = np.ones(300 * 2**17); print(peak() - before)"

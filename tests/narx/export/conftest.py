@@ -1,4 +1,4 @@
-"""Networks of several shapes, a recording with gaps, and what the package makes of it."""
+"""Networks of several shapes, a recording with gaps, and the package's angles for it."""
 
 import ctypes
 import shutil

@@ -65,7 +65,7 @@ def test_time_stamps_equal_the_package(checkpoint, rates):
 
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 def test_nothing_leaves_nan_in_the_state(checkpoint, rates, tmp_path):
-    """A run with absurd samples among good ones is clean and finite, under the sanitizers."""
+    """A run with extreme values among valid samples is finite and free of sanitizer errors."""
     write(checkpoint, tmp_path / "narx.c", "c")
     (tmp_path / "main.c").write_text(
         '#include "narx.h"\n#include <math.h>\n#include <stdio.h>\n'
@@ -101,7 +101,7 @@ def test_header_serves_c_plus_plus(checkpoint, tmp_path):
         "return angles[0] == angles[0] ? 0 : 1; }\n"
     )
     subprocess.run(["gcc", *FLAGS, "-c", "narx.c"], cwd=tmp_path, check=True)
-    # linked, since a header may promise names that the object does not have
+    # linking checks that the object file defines what the header declares
     subprocess.run(["g++", "main.cpp", "narx.o", "-o", "main", "-lm"], cwd=tmp_path, check=True)
     subprocess.run([tmp_path / "main"], check=True)
 

@@ -1,4 +1,4 @@
-"""The sequence graph: in pieces of any size it is the whole, for any number of sensors."""
+"""The sequence graph gives the same angles in pieces of any size, for any number of sensors."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The equations in torch operations, with their clock, against the package."""
+"""The equations in torch operations, including time stamps, against the package."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_whole_recording_and_sample_by_sample_equal_the_package(checkpoint, rate
 
 @pytest.mark.parametrize("checkpoint", ["default", "longer_delays"], indirect=True)
 def test_sensors_with_time_stamps_equal_the_package(checkpoint, rates):
-    """Each with losses, jitter and pauses of its own."""
+    """Each sensor has its own losses, jitter and pauses."""
     rng = np.random.default_rng(0)
     several = np.stack([rates, np.roll(rates, 40, axis=0), rates[::-1]])
     intervals = 0.04 * rng.uniform([[1.0], [0.2], [0.7]], [[1.0], [1.0], [2.2]], (3, len(rates)))
@@ -50,20 +50,20 @@ def test_the_network_takes_over_after_enough_movement_as_in_the_package(checkpoi
     rates = rates[np.isfinite(rates).all(axis=1)]
     start = start_up.begin(np.zeros(3))
     taken = len(start_up.run(rates, 1 / 25.0, start))
-    assert start_up.duration_s < (taken - 25) / 25.0 < 5.0  # there was standing in between
+    assert start_up.duration_s < (taken - 25) / 25.0 < 5.0  # standing prolonged the start-up
     recurrence = Recurrence(checkpoint)
     state = recurrence.start(torch.zeros(3).double(), torch.ones(1).double())
     for sample in torch.from_numpy(rates[: taken + 1]):
         before, state = state, recurrence.advance(sample, state)
-    # the start-up's part of the state is the package's, and stays once the network works
+    # the start-up's part of the state equals the package's and is constant once the network runs
     counted = before[:14].clone()
-    counted[10:12] /= 25.0  # samples there, times here
+    counted[10:12] /= 25.0  # samples in the package, seconds here
     np.testing.assert_allclose(counted, start, atol=1e-12, rtol=0)
     np.testing.assert_array_equal(state[3:17], before[3:17])
     posture, *_ = start_up.hand_over(start, 1 / 25.0)
     np.testing.assert_allclose(state[14:17], posture, atol=1e-12, rtol=0)
     assert np.abs(posture).min() > 1e-3
-    # nothing is taken off until then, and from then on more and more
+    # the washout's mean is zero until the network starts
     assert not before[17:20].any()
     assert state[17:20].all()
 

@@ -1,4 +1,4 @@
-"""Every form of a network with its tracker beside the package's compiled one."""
+"""Every exported form of a tracked network against the package's compiled one."""
 
 import io
 import shutil
@@ -91,7 +91,7 @@ def interval_s(request, inputs):
 def test_torch_form_equals_the_package(checkpoint, inputs, interval_s):
     narx = ClockedRecurrence(checkpoint)
     both = [expected(checkpoint, inputs, interval_s, start) for start in STARTS.values()]
-    # the recording goes through what there is: both ways to carry the angle, a gap, a new posture
+    # the recording contains samples of every quality
     quality = both[0].quality
     assert {Quality.GOOD, Quality.MISSING, Quality.AFTER_PAUSE, Quality.STARTING} == set(quality)
     state = narx.start(
@@ -145,7 +145,7 @@ def test_float_holds_over_an_hour_of_walking():
     np.testing.assert_array_equal(np.isnan(found), np.isnan(angles))
     tilt, heading = np.split(np.nanmax(np.abs(found - angles), axis=(0, 1)), [2])
     assert tilt.max() < 1e-4
-    # nothing brings a heading back, so that rounding adds up
+    # the heading is not corrected, so rounding errors accumulate
     assert heading < 1e-3
 
 

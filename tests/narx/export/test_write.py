@@ -1,4 +1,4 @@
-"""One way to write, and never a file that is not right."""
+"""The export is written completely and correctly or not at all."""
 
 import importlib.util
 import shutil
@@ -83,13 +83,13 @@ def test_verification_signals_contain_losses_and_jitter(checkpoint):
     rates = inputs[..., :3]
     missing = np.isnan(rates).any(axis=2)
     assert 0.01 < missing.mean() < 0.2
-    # the walk is one: the angles come back to where they were, with the turn and the slip
+    # the integrated rate stays bounded, including the turn and the slip
     turned = np.nancumsum(np.where(np.abs(rates[0]) < 30.0, rates[0], np.nan), axis=0) / 25.0
     assert 0.3 < np.ptp(turned[:, 0]) < 2.0
     assert np.nanmax(rates) > 1e20
     assert np.ptp(interval_s[0]) == 0.0
     assert np.ptp(interval_s[1]) > 0.01
-    # the network works for a while
+    # long enough for the network to run after the start-up
     assert np.isfinite(rates).all(axis=2).sum(axis=1).min() / 25.0 > 1.0 + 3.0 + 5.0
 
 

@@ -74,7 +74,7 @@ def test_a_gap_loses_its_strides_and_no_more():
     everything = np.concatenate(list(phases.times_s.values()))
     assert not ((everything > 9.99) & (everything < 10.1)).any()
     assert phases.n_strides >= N_STRIDES - 6
-    # the time across the gap is no stride
+    # the interval across the gap is not a stride
     assert np.nanmax(phases.stride_times_s()) < 1.1 / STRIDE_HZ
 
 
@@ -119,7 +119,7 @@ def walks():
 
 
 def differences_s(times, events):
-    """From each event to the nearest found time, within 0.4 s."""
+    """Difference from each event to the nearest detected time, within 0.4 s."""
     found = times[np.isfinite(times)]
     assert found.size
     nearest = np.array([found[np.argmin(np.abs(found - event))] - event for event in events])
@@ -141,7 +141,7 @@ def test_events_of_the_simulator(walks, point, event, earliest_s, latest_s):
     for trial, rate in walks:
         times = gait_phases(rate, trial.sampling_rate_hz).times_s[point]
         if point == "b" and np.isfinite(times).mean() < 0.5:
-            continue  # not every thigh dips when its heel strikes
+            continue  # not every thigh's rate dips at heel strike
         seen += 1
         events = trial.events[event] - trial.time_s[0]
         differences = differences_s(times, events[2:-2])
@@ -182,7 +182,7 @@ def phases_at(times_s):
 
 
 def test_a_pause_is_no_stride_and_a_slow_stride_is_one():
-    """Up to 1.75 usual strides one stride, as long as two of them it is a pause or a lost one."""
+    """An interval of up to 1.75 usual strides is a stride; one of 2 is a pause or a lost stride."""
     found = phases_at([0.0, 1.0, 2.0, 3.7, 4.7, 6.5, 7.5]).stride_times_s("e")
     np.testing.assert_allclose(found, [1.0, 1.0, 1.7, 1.0, np.nan, 1.0])
 
@@ -204,7 +204,7 @@ def test_statistics_by_hand():
 
 def test_a_pause_between_two_walks_is_no_stride():
     walk = thigh_rate()
-    # from swing to swing four seconds
+    # four seconds from swing to swing
     stopped = np.concatenate([walk, np.zeros(300), walk])
     phases = gait_phases(stopped, 100.0)
     ends_s = len(walk) / 100.0
@@ -227,7 +227,7 @@ def test_pieces_keep_their_time_and_crossings_lie_between_samples():
 
 @pytest.mark.parametrize("depths", [(0.4, 0.9), (0.9, 0.4)])
 def test_mid_stance_ends_at_the_deeper_of_two_dips(depths):
-    """A swing a stride of 1.1 s, and dips 0.5 and 0.75 s after it."""
+    """One swing per stride of 1.1 s, with dips 0.5 and 0.75 s after it."""
     time_s = np.arange(0.0, 22.0, 0.01)
     since_s = (time_s + 0.3) % 1.1 - 0.3
     rate = 3.0 * np.exp(-((since_s / 0.13) ** 2)) - 0.5

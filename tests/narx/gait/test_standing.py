@@ -13,7 +13,7 @@ def still(n):
 
 
 def recording(*parts):
-    """Parts 'still' or 'walk' with a length in seconds."""
+    """Build a recording from parts, 'still' or 'walk', with their durations in seconds."""
     n = round(sum(length for _, length in parts) * RATE_HZ)
     rates, force = still(n)
     begin = 0
@@ -36,7 +36,7 @@ def test_runs():
     ("norm_g", "is_still"), [(0.94, True), (1.06, True), (0.92, False), (1.08, False)]
 )
 def test_gravity_counts_from_both_sides(norm_g, is_still):
-    """As printed, (3) would take 1.08 g, and any impact, for still."""
+    """As printed, (3) would classify 1.08 g, and any impact, as still."""
     rates, force = still(100)
     assert still_samples(rates, norm_g * force, RATE_HZ).all() == is_still
     assert still_samples(rates, norm_g * force, RATE_HZ).any() == is_still

@@ -133,7 +133,7 @@ def test_the_first_stride_counts_wholly_and_each_later_one_by_its_weight():
         2.0 * np.cos(2 * np.pi * phase), 500.0
     )
     values = 1.0 / followed[np.flatnonzero(np.diff(followed)) + 1]
-    assert values[0] == pytest.approx(1.0, abs=0.02)  # 2 s of the start are forgotten at once
+    assert values[0] == pytest.approx(1.0, abs=0.02)  # the initial 2 s period is replaced at once
     steps = np.flatnonzero(np.abs(np.diff(values)) > 0.01)
     # 0.3 of the difference, then 0.3 of what remains
     changed = (values[steps[0] :][:6] - 1.0) / 0.25
@@ -144,7 +144,7 @@ def test_the_first_stride_counts_wholly_and_each_later_one_by_its_weight():
 
 
 def test_half_of_the_samples_missing_at_random_do_not_matter():
-    """Over pairs of valid samples, not over all: a quarter of the pairs is left."""
+    """The correlation is averaged over pairs of valid samples; a quarter of the pairs is left."""
     rate = thigh_rate(0.9, 100.0, 40.0)
     rate[np.random.default_rng(3).random(len(rate)) < 0.5] = np.nan
     assert stride_frequency_hz(rate, 100.0) == pytest.approx(0.9, rel=0.06)
@@ -156,7 +156,7 @@ def test_a_frequency_above_the_range_is_that_of_two_strides():
 
 
 def test_one_bump_at_either_end_is_no_stride():
-    """Their lag is covered by too few pairs to count."""
+    """Too few pairs of samples cover the lag between the bumps."""
     rate = np.zeros(260)
     bump = 3.0 * np.sin(np.pi * np.arange(20) / 20)
     rate[:20], rate[-20:] = bump, bump
@@ -170,7 +170,7 @@ def test_the_tracker_leaves_out_what_is_no_stride(stride_hz):
 
 
 def test_the_low_pass_of_the_tracker_lets_strides_pass():
-    """At 3 Hz it leaves 0.96 of a stride at 0.9 Hz: 0.2 rad/s RMS, above the least that counts."""
+    """The 3 Hz filter passes 0.96 of a 0.9 Hz stride: 0.2 rad/s RMS, above the threshold."""
     rate = 0.3 * np.cos(2 * np.pi * 0.9 * np.arange(6000) / 100.0)
     followed = StrideFrequencyTracker(start_frequency_hz=1.3).follow(rate, 100.0)
     assert followed[-1] == pytest.approx(0.9, rel=0.01)
