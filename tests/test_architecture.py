@@ -1,4 +1,4 @@
-"""The house: imports run one way, nothing lives for tests alone, importing is cheap."""
+"""Architecture: layered imports, no code used by tests alone, cheap imports."""
 
 import ast
 import re
@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-# a room may import from floors before its own and from itself; rooms of one floor do not meet
+# a package may import from itself and from lower layers; packages of one layer are independent
 FLOORS = (
     ("errors", "files", "types"),
     ("kernels", "settings"),

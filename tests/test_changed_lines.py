@@ -1,4 +1,4 @@
-"""The table of changed lines fits the sources, and the tests notice (a few here, all by a word)."""
+"""The table of changed lines matches the sources, and the tests detect the changes."""
 
 import importlib.util
 import os

@@ -1,4 +1,4 @@
-"""What the pages show runs, and the site builds without a warning."""
+"""The examples in the documentation run, and the site builds without warnings."""
 
 import importlib.util
 import os

@@ -31,7 +31,7 @@ MOTIONS = ("stand_turn_stand", "simulated_walk")
 
 
 def methods():
-    """Every method that is installed, with its defaults, and both ways of the network."""
+    """Every installed method with its defaults, and both modes of the network."""
     found = {
         method.name: method()
         for method in METHODS
@@ -57,7 +57,7 @@ def signals_of(name, motion):
     if name == "simulated_walk":
         return walk()
     exact = motion(name, 100.0, 40.0).signals
-    # half a degree a second of bias, and a start that is known
+    # a bias of up to half a degree per second, and a known start
     return replace(exact, axis_rates_rad_s=exact.axis_rates_rad_s + np.radians([0.5, -0.3, 0.2]))
 
 

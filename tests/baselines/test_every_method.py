@@ -1,4 +1,4 @@
-"""What every method owes: a method gets these tests by being listed in `CASES`."""
+"""The contract of every method; a method is tested by being listed in `CASES`."""
 
 import copy
 import importlib.util
@@ -137,7 +137,7 @@ CASES = [
     Case("giof", bias_error=0.1),
     Case("giof", {"axes": ["sagittal"]}, bias_error=0.1),
     Case("giof", {"offset_window_s": None}, bias_error=0.1),
-    # causal, it integrates each axis on its own; nothing holds the frontal one in a walk
+    # causal, each axis integrated separately; nothing bounds the frontal drift in a walk
     Case("giof", {"mode": "real_time"}, bias_error=0.1, rate_tolerance=0.2, turn_tolerance=None),
     # one sample is enough here: at the end of a swing the rate is below the threshold for 15 ms,
     # which 100 Hz now and then misses
@@ -152,7 +152,7 @@ CASES = [
         "two_point",
         motion="stand_walk_stand",
         turn_motion="stand_turn_stand",
-        rate_tolerance=0.5,  # at A and B, where the angle passes from one sensor to the other
+        rate_tolerance=0.5,  # at A and B, where the angle source changes
         bias_error=0.1,
         turn_tolerance=10.0,
     ),
@@ -163,7 +163,7 @@ CASES = [
     Case("vqf", {"heading": "zero"}, rate_tolerance=0.8),
     Case("madgwick", rate_tolerance=1.5),
     Case("mahony", rate_tolerance=0.8),
-    # a known start is integrated until there is movement, so at rest its bias is as well
+    # a known start is integrated until movement begins, so at rest the bias is integrated too
     *(
         Case(
             "narx",
@@ -292,7 +292,7 @@ def test_very_short_recordings(case, n):
     try:
         angles = case.method().estimate(at_rest(n))
     except MethodNotApplicableError:
-        return  # a sentence is an answer, too
+        return  # refusing with a message is allowed
     assert angles.shape == (n, 3)
     assert not np.isinf(angles).any()
 

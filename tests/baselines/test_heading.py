@@ -37,7 +37,7 @@ def test_a_leak_is_a_high_pass_of_the_methods_own_heading(motion):
 
 
 def test_without_a_heading_the_gyroscope_gives_it(motion):
-    """Half a turn appears, and is forgotten with the leak's time constant."""
+    """The half turn appears, and decays with the leak's time constant."""
     turn, name = motion("half_turn", duration_s=60.0), "complementary_filter"
     assert np.isnan(made(name).estimate(turn.signals)[:, 2]).all()
     slow = made(name, coupled=True, heading="leak", heading_leak_rad_s=1e-6)

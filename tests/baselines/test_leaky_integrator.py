@@ -1,4 +1,4 @@
-"""The leak that depends on the state, against the recursion written out."""
+"""The state-dependent leak against the explicit recursion."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The adapters against calling the libraries directly."""
+"""The adapters against direct calls of the libraries."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Ingredients are parts, so each has the effect on every method that it has on the network."""
+"""The ingredients act on every recursive method as they do on the network."""
 
 import inspect
 
@@ -61,7 +61,7 @@ def test_without_ingredients_it_is_one_line_of_scipy(motion):
 
 @pytest.mark.parametrize("name", RECURSIVE)
 def test_coupled_axes_book_no_turn_as_flexion(motion, name):
-    """Coupled, a method does to a turning leg what it does to the true rates of the angles."""
+    """A coupled method responds to a turning leg as to the true rates of the angles."""
     turn = motion("half_turn", duration_s=60.0)
     true_rates = np.gradient(turn.angles_rad, 0.01, axis=0)
     expected = METHODS[name]().estimate(turn.changed(axis_rates_rad_s=true_rates).signals)
@@ -104,7 +104,7 @@ def test_smoothing_has_no_lag(motion):
         slope = np.gradient(walk.angles_rad[:, 0], 0.01)[3000:9000]
         return error @ slope / (slope @ slope)
 
-    assert lag_s(False) < -0.02  # a leak leads
+    assert lag_s(False) < -0.02  # a leak causes a phase lead
     assert abs(lag_s(True)) < 0.001
 
 

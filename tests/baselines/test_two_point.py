@@ -141,7 +141,7 @@ def test_a_gap_inside_the_walk_keeps_its_length(walk):
     assert (parts.start, parts.stop) == (whole.start, whole.stop)
     missing = np.isnan(parts.angles_rad).any(axis=1)
     assert np.flatnonzero(missing).tolist() == list(range(900, 905))
-    # what was turned in the gap is spread over the walk
+    # the rotation lost in the gap is distributed over the walk
     assert np.rad2deg(np.nanmax(np.abs(parts.angles_rad - whole.angles_rad))) < 7.0
 
 

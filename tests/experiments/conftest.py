@@ -90,7 +90,7 @@ def run_command(monkeypatch, tmp_path, capsys):
         if "-m" not in overrides:
             arguments.append(f"hydra.run.dir={directory}")
         monkeypatch.setattr(sys, "argv", arguments)
-        # Hydra goes on logging to the streams of the test before
+        # Hydra would keep logging to the streams of the test before
         monkeypatch.setattr(logging, "raiseExceptions", False)
         capsys.readouterr()
         status = 0

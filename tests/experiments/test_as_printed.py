@@ -1,4 +1,4 @@
-"""Training as Tham et al. print it: what is drawn, what is trained, and what a variant changes."""
+"""Training as printed by Tham et al.: random draws, trained weights, and variants."""
 
 import numpy as np
 import pandas as pd

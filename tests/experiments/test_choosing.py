@@ -1,4 +1,4 @@
-"""Parameters are chosen on the training part, and on nothing else."""
+"""Parameters are chosen on the training part only."""
 
 from dataclasses import replace
 from types import SimpleNamespace

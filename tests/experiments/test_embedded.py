@@ -1,4 +1,4 @@
-"""The methods on an 8-bit microcontroller: right, and what they cost."""
+"""The methods on an 8-bit microcontroller: correctness and cost."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The error budget: its floor is exact where nothing is wrong, and its tables add up."""
+"""The error budget: the floor without errors is exact, and the tables add up."""
 
 import numpy as np
 import pandas as pd

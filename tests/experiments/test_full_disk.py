@@ -1,4 +1,4 @@
-"""A disk that fills up while the figures are written costs the figures, not the results."""
+"""If the disk fills up while figures are written, the results are kept."""
 
 import errno
 import importlib

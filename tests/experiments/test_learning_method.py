@@ -1,4 +1,4 @@
-"""A method of one's own that learns is trained and tested person by person beside the network."""
+"""A user's own learning method is cross-validated over subjects beside the network."""
 
 import importlib
 import re

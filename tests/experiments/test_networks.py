@@ -1,4 +1,4 @@
-"""Nested choice of settings sees the training trials alone."""
+"""Nested selection of settings uses the training trials only."""
 
 import pytest
 from omegaconf import OmegaConf

@@ -1,4 +1,4 @@
-"""What is typed reaches the configuration as it was meant."""
+"""Overrides reach the configuration with the intended values."""
 
 import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser

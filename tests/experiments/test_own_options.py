@@ -1,4 +1,4 @@
-"""The examples of docs/sweeps.md for options of one's own are run as they are printed."""
+"""The examples of docs/sweeps.md for a user's own options run as printed."""
 
 import re
 from pathlib import Path

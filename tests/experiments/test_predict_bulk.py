@@ -1,4 +1,4 @@
-"""A folder of recordings: all that can be done is done, the rest is named."""
+"""A folder of recordings: valid ones are processed, the others are listed."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""A long session in parts: the same angles as at once, and the same bytes after a kill."""
+"""A long session in parts: the angles of one pass, and identical files after a kill."""
 
 import json
 

@@ -20,7 +20,7 @@ def test_rates_are_the_sensors_own(segment):
     if side_of(segment) == "left":
         rate = mirror_angular_rate(rate)
     np.testing.assert_allclose(raw.signals.axis_rates_rad_s, axis_rates(rate), atol=1e-12)
-    # it did something: an MPU is off by degrees per second
+    # the removed bias is not zero: an MPU's is degrees per second
     removed = raw.signals.axis_rates_rad_s - segment_of.signals.axis_rates_rad_s
     assert np.rad2deg(np.linalg.norm(removed[0])) > 1.0
     assert raw.notes[-1] == "static gyroscope bias restored"

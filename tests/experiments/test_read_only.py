@@ -1,4 +1,4 @@
-"""A command that may not write where it is started says so in one line."""
+"""A command started in a read-only folder reports it in one line."""
 
 import os
 import subprocess

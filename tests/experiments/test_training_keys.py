@@ -1,4 +1,4 @@
-"""Every key of the solver and of the training reaches what it names, through a configuration."""
+"""Every key of solver and training in a configuration reaches its parameter."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Files are complete or absent, whatever happens while they are written."""
+"""Files are complete or absent, even if writing fails."""
 
 import errno
 import os
@@ -67,7 +67,7 @@ def test_a_killed_process_leaves_a_temporary_that_is_cleaned(tmp_path):
     assert answer.returncode == -signal.SIGKILL
     assert target.read_text() == "old"
     assert len(os.listdir(target.parent)) == 2
-    remove_temporaries(tmp_path, unused_s=3600.0)  # it may belong to a process at work
+    remove_temporaries(tmp_path, unused_s=3600.0)  # it may belong to a running process
     assert len(os.listdir(target.parent)) == 2
     remove_temporaries(tmp_path)
     assert os.listdir(target.parent) == ["a.png"]
@@ -99,7 +99,7 @@ WRITERS = {
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch, name):
-    """Whatever a writer puts into its temporary file goes to a device without room."""
+    """Write every temporary file to a device without free space."""
     target = tmp_path / name
     target.write_text("old")
     made = tempfile.mkstemp

@@ -1,4 +1,4 @@
-"""Threads, forks and worker processes give what one call gives, and end."""
+"""Threads, forks and worker processes give the result of a single call, and terminate."""
 
 import os
 import subprocess

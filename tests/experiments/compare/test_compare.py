@@ -1,4 +1,4 @@
-"""One table over the runs of a sweep: numbers checked by hand, a report that needs no network."""
+"""The table over a sweep's runs, checked by hand; a report that needs no network."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Every key of every command is checked before data are read; one line says what is wrong."""
+"""Every key of every command is validated before data are read, with one-line errors."""
 
 import pytest
 from omegaconf import OmegaConf

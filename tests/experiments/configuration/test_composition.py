@@ -1,4 +1,4 @@
-"""Overrides that Hydra cannot compose are answered with what would be right."""
+"""Overrides that Hydra cannot compose give an error that suggests valid ones."""
 
 import pytest
 from hydra import compose, initialize_config_module

@@ -96,7 +96,7 @@ def limits(annotation):
 
 
 def allowed(rng, key, annotation):
-    """A value that the annotation allows, as it is typed."""
+    """A random value of the annotated type, as typed on the command line."""
     name = key.rpartition(".")[2]
     if name in NAMES:
         return rng.choice(NAMES[name])
@@ -189,7 +189,7 @@ def test_it_ends_with_a_result_or_with_one_line(
 ):
     monkeypatch.chdir(tmp_path)
     first = SMALL.get(command, REQUIRED.get(command, []))
-    begun_s = time.process_time()  # on a busy machine the clock says little
+    begun_s = time.process_time()  # process time, since wall time is unreliable on a busy machine
     if command in ONLY_CHECKED:
         line = refusal(command, readable([*first, *overrides]))
         assert line is None or "\n" not in line

@@ -1,4 +1,4 @@
-"""Figures are drawn from what is passed, survive what is missing, and touch no global state."""
+"""Figures show what is passed, tolerate missing values and leave global state unchanged."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Kill a sweep again and again, launch it until it ends, and compare with one left in peace.
+"""Kill and restart a sweep until it finishes, and compare it with an uninterrupted one.
 
 python tests/experiments/runs/kill_sweep.py FOLDER --kills 10 optimizer=levenberg_marquardt,lbfgs \
     'seed=range(4)' hydra/launcher=joblib
@@ -27,7 +27,7 @@ def launch(overrides, folder):
 
 
 def run_to_the_end(overrides, folder):
-    """Run a sweep; return what it said and how long it took."""
+    """Run a sweep; return its output and its duration."""
     begun = time.monotonic()
     process = launch(overrides, folder)
     said, _ = process.communicate()
@@ -37,7 +37,7 @@ def run_to_the_end(overrides, folder):
 
 
 def run_and_kill(overrides, folder, after_s):
-    """Kill a sweep and its workers; return whether it was still at work."""
+    """Kill a sweep and its workers; return whether it was still running."""
     process = launch(overrides, folder)
     try:
         process.communicate(timeout=after_s)

@@ -1,4 +1,4 @@
-"""A run's folder belongs to one process and one run, and is final once that is finished."""
+"""A run's folder belongs to one process and one run, and is immutable once finished."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""A job that cannot work costs its sweep that job alone, whoever launches it."""
+"""A failing job does not stop the other jobs of its sweep, with any launcher."""
 
 import logging
 import sys
@@ -180,6 +180,6 @@ def test_a_search_with_two_objectives_finds_the_pareto_front(launch):
     states = [trial.state for trial in study.trials]
     assert states.count(optuna.trial.TrialState.COMPLETE) >= 12
     best = {trial.params["model.hidden"]: trial.values for trial in study.best_trials}
-    # fewer neurons or a smaller error: no trial is better than another in both
+    # neither has both fewer neurons and a smaller error: no trial dominates another
     assert len(best) > 1
     assert all(values == [1.0 / hidden, float(hidden)] for hidden, values in best.items())

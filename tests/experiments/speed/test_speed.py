@@ -1,4 +1,4 @@
-"""The speed benchmark runs, and its peers do the same work as the engine."""
+"""The speed benchmark runs, and the compared solvers do the same work as the engine."""
 
 import json
 import subprocess
@@ -92,7 +92,7 @@ def test_solvers_fit_the_same_problem_and_stop_at_the_level(problem, name):
 
 
 def test_the_engine_ends_no_higher_than_scipy_from_random_starts():
-    """From far away chance decides which valley a solver meets: so many starts, on average."""
+    """From distant starts the minimum reached is random, so means over many starts are used."""
     v, target = gait_like(300)
     fit = open_loop_fit(v, target)
     starts = random_starts(16, np.random.default_rng(1))

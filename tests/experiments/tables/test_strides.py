@@ -1,4 +1,4 @@
-"""The tables of strides hold what the strides are."""
+"""The tables of strides match the strides."""
 
 import numpy as np
 import pytest

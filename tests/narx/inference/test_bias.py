@@ -1,4 +1,4 @@
-"""Limits within which a quiet part is taken for rest."""
+"""Thresholds below which a quiet part counts as rest."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A network on disk comes back as it was; another file is refused in one line."""
+"""A saved network is restored exactly; an invalid file is refused with a one-line reason."""
 
 import os
 import pickle
@@ -113,19 +113,19 @@ def test_a_tracker_of_format_3_runs_as_it_did():
 
 
 def test_an_older_package_refuses_a_file_of_this_one(path):
-    """It looked for the number within the model, and for no other."""
+    """An older package looks for the format number in the model only."""
     assert torch.load(path, weights_only=True)["model"].get("format") != 1
 
 
 class Code:
-    """What a hostile pickle would do."""
+    """A payload such as a malicious pickle would run."""
 
     def __reduce__(self):
         return (exec, ("raise SystemExit('code of a file was run')",))
 
 
 class Memory:
-    """A few bytes that ask for gigabytes."""
+    """A few bytes that request gigabytes."""
 
     def __reduce__(self):
         return (bytearray, (10**11,))
@@ -197,7 +197,7 @@ def endless(path):
 
 
 def spread(path):
-    """One number on disk, a terabyte when it is copied."""
+    """One number on disk that becomes a terabyte when copied."""
     torch.save({"weights": torch.zeros(1, dtype=torch.float64).expand(2**37)}, path)
 
 

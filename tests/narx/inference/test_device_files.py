@@ -1,4 +1,4 @@
-"""Files as devices write them, through reader, door and the shipped network, to the true angles.
+"""Device files through reader, plausibility checks and shipped network to the true angles.
 
 Each row of the plausibility table in docs/predict.md is tried here or in tests/narx/recordings.
 """

@@ -1,4 +1,4 @@
-"""What is noted of a recording, and what is refused."""
+"""Findings noted about a recording, and those for which it is refused."""
 
 import numpy as np
 import pytest

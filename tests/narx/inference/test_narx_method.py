@@ -19,7 +19,7 @@ START_UP = StartUp(duration_s=4.0, averaging_s=3.0)
 
 
 def network(rate_hz=100.0, coupled=True, odd=True, leak_rad_s=0.15, rate_rms_rad_s=1.0, seed=None):
-    """A leaky integrator, or with a seed a network as training may leave it, nearly linear not."""
+    """A leaky integrator, or with a seed a nonlinear network as training may produce."""
     model = Narx(
         rate_hz, Normalisation(2.0, 0.25, rate_rms_rad_s=rate_rms_rad_s), odd=odd, coupled=coupled
     )
@@ -108,7 +108,7 @@ def test_lost_samples_cost_little(motion):
     method = NarxMethod(network(), START_UP)
     lost = method.estimate(replace(signals, axis_rates_rad_s=rates))
     error = np.rad2deg(lost - method.estimate(signals))[1500:]
-    # pausing there costs 0.8 to 1 degrees
+    # without bridging, the pauses would cost 0.8 to 1 degrees
     assert np.nanstd(error, axis=0).max() < 0.1
 
 
@@ -184,7 +184,7 @@ def test_only_coupled_axes_are_right_after_a_turn(motion):
 
 
 def test_without_tilt_coupling_changes_nothing():
-    signals = sagittal_swing(15.0, np.zeros(3))  # one axis alone does not tilt another
+    signals = sagittal_swing(15.0, np.zeros(3))  # rotation about one axis does not tilt the others
     coupled, alone = (
         NarxMethod(network(coupled=c, seed=3), START_UP).estimate(signals) for c in (True, False)
     )
@@ -198,13 +198,13 @@ def test_own_scaling_equals_training_scaling_only_for_a_linear_network(motion):
     def angles(scaling, **options):
         return NarxMethod(network(**options), START_UP, scaling).estimate(signals)
 
-    # a leaky integrator does not care how it is scaled, a tanh at work does
+    # a linear leaky integrator is invariant to scaling, a saturating tanh is not
     np.testing.assert_allclose(angles("own"), angles("training"), atol=np.deg2rad(0.1))
     assert np.abs(angles("own", seed=1) - angles("training", seed=1)).max() > np.deg2rad(0.5)
 
 
 def test_own_scaling_runs_every_axis_at_the_amplitude_of_training():
-    """An axis a tenth as large is the tenth of the angle, to the last digit."""
+    """Scaling the rates by a tenth scales the angles by exactly a tenth."""
     rates = np.random.default_rng(0).normal(size=(800, 1)) * np.array([1.0, 0.1, 0.1])
     rms = float(np.sqrt(np.mean(rates[:, 0] ** 2)))
     model = network(coupled=False, seed=1, rate_rms_rad_s=rms)
@@ -228,7 +228,7 @@ def test_a_recording_at_another_rate_gives_the_angles_of_the_native_one(motion, 
     at_native = np.stack(
         [np.interp(native.time_s, other.time_s, column) for column in angles.T], axis=1
     )
-    # 50 Hz samples do not hold all of the movement; straight lines between them show it
+    # 50 Hz undersamples the movement, and linear interpolation shows the error
     tolerance_deg = 0.3 if rate_hz < 100 else 0.05
     inside = native.time_s < other.time_s[-1]
     assert np.rad2deg(np.abs(at_native - expected)[inside]).max() < tolerance_deg
@@ -270,7 +270,7 @@ def test_the_start_up_has_a_standard_deviation_of_its_own(motion, rate_hz, known
     )
     starting = method.starting(signals)
     assert 4.0 <= starting.sum() / rate_hz < 6.0
-    # one piece from the first sample on, but for what is missing
+    # contiguous from the first sample on, except for the missing sample
     assert np.flatnonzero(~starting).tolist() == [50, *range(starting.sum() + 1, len(starting))]
     std = method.standard_deviation(signals)
     there = np.isfinite(rates).all(axis=1)
@@ -279,7 +279,7 @@ def test_the_start_up_has_a_standard_deviation_of_its_own(motion, rate_hz, known
     np.testing.assert_array_equal(std[there, 1], 0.2)
     assert np.isnan(std[:, 2]).all()
     assert np.isnan(std[~there]).all()
-    # it ends where the network takes over, from where on there is something to wash out
+    # it ends where the network starts, from which sample on the washout has an effect
     one, other = (
         NarxMethod(network(), START_UP, washout_s=w).estimate(signals) for w in (None, 5.0)
     )

@@ -22,7 +22,7 @@ MOUNTING = Rotation.from_euler("xyz", [50.0, -110.0, 20.0], degrees=True)
 
 
 def checkpoint(duration_s, std=None):
-    """A start-up longer than the recording integrates, so angles are known."""
+    """A checkpoint. A start-up longer than the recording only integrates, so angles are known."""
     model = Narx(100.0, Normalisation(3.0, 0.5))
     generator = torch.Generator().manual_seed(0)
     with torch.no_grad():
@@ -200,7 +200,7 @@ def test_standard_deviation_comes_along(walk):
 
 
 def test_standard_deviation_stays_between_that_of_the_start_up_and_the_rest(walk):
-    """At another rate and off its clock it is interpolated across the step between the two."""
+    """At a different rate and irregular times it is interpolated across the step between them."""
     finished = checkpoint(5.0, std=(0.01, 0.02, np.nan))
     method = replace(finished, start_std_rad=(0.03, 0.01, np.nan)).method()
     recording = sensor_on(walk)
@@ -298,7 +298,7 @@ def test_a_tracker_receives_bias_uncertainty_and_accelerometer(walk):
     found = predict(moving, plain, frame="anatomical")
     sure = predict(moving, plain, frame="anatomical", bias_rad_s=[0.0, 0.0, 0.0])
     assert found.bias_rad_s is None
-    # a second after the start nothing else can have made the difference
+    # a second after the start, only the unknown bias can explain the difference
     assert (found.std_rad[300, 2] > sure.std_rad[300, 2]).all()
     aided = Checkpoint(model, tracker=PostureTracker(aided=True)).method()
     assert np.isfinite(predict(walk, aided, frame="anatomical").angles_rad).all()

@@ -1,4 +1,4 @@
-"""The shipped network: sound, and what its command makes."""
+"""The shipped network is valid, and its command reproduces it."""
 
 import pytest
 import torch
@@ -44,7 +44,7 @@ def test_its_command_makes_it_again(data_root, request):
     kept &= index["condition"] == "NoDist_FrontPocket"
     (fold,) = instantiate(cfg.split)(index[kept])
     again = train(cfg, sources, fold, lambda iteration, numbers: None)
-    # bit for bit on the machine that made it; elsewhere as far as another processor rounds
+    # bit for bit on the machine that trained it; elsewhere up to rounding
     torch.testing.assert_close(
         again.model.weights.detach(), shipped.model.weights.detach(), rtol=1e-6, atol=1e-9
     )

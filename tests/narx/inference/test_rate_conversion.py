@@ -1,4 +1,4 @@
-"""Bringing a recording to a network's clock and back keeps what the gyroscope integrated."""
+"""Conversion to a network's rate and back preserves the integral of the gyroscope."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def test_nothing_that_turned_is_lost(recording, network, seed):
     conversion = RateConversion(rates, recording, network)
     ticks = conversion.network_rates_rad_s
     integral = cumulative_trapezoid(rates, dx=1 / recording, axis=0, initial=0.0)
-    # whatever the noise, an integrator at the network's ticks stays within half a tick of it
+    # for any noise, an integrator on the network's clock differs by at most this bound
     joined = cumulative_trapezoid(ticks, dx=1 / network, axis=0, initial=0.0)
     back = conversion.to_recording(joined)
     bound = np.abs(rates).max() * (1 / network + 1 / recording)
@@ -28,7 +28,7 @@ def test_nothing_that_turned_is_lost(recording, network, seed):
 @settings(deadline=None, max_examples=30)
 @given(recording=RATES_HZ, network=RATES_HZ, phase=st.floats(0, 6.3))
 def test_an_integrator_comes_back_without_delay(recording, network, phase):
-    """A swing of 40 degrees at the pace of a leg; half a sample late would be 1.3 degrees."""
+    """A 40 degree swing at stride frequency; half a sample of delay would cost 1.3 degrees."""
     time = np.arange(round(5 * recording)) / recording
     angle = 0.35 * np.sin(2 * np.pi * 0.9 * time + phase)
     rates = 0.35 * 2 * np.pi * 0.9 * np.cos(2 * np.pi * 0.9 * time + phase)

@@ -1,4 +1,4 @@
-"""A leg from its sensors: against the truth of the simulator, and against the benchmark."""
+"""A leg from its sensors, against the simulator's truth and against the benchmark."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Forwards and backwards: theory of the linear case, symmetry, and what the ends know."""
+"""Forward-backward smoothing: linear theory, time-reversal symmetry, and the ends."""
 
 from dataclasses import replace
 
@@ -43,12 +43,12 @@ def on_every_axis(rate):
 @pytest.mark.parametrize("frequency_hz", [0.01, 0.03, 0.1, 0.9])
 def test_gain_and_lag_are_those_of_the_smoother(frequency_hz):
     w = 2 * np.pi * frequency_hz
-    # of an angle of 0.1 sin(w t): small, where the tanh is straight
+    # the angle is 0.1 sin(w t), small enough for tanh to be linear
     rates = on_every_axis(0.1 * w * np.cos(w * TIME_S))
     angles = 10.0 * method().estimate(signals(rates))[:, 0]
     expected = w**2 / (LEAK_RAD_S**2 + w**2) * np.sin(w * TIME_S)
     np.testing.assert_allclose(angles[MIDDLE], expected[MIDDLE], atol=2e-3)
-    # one pass leads, and keeps the root of that share alone
+    # a single pass has a phase lead, and the square root of this gain
     one = 10.0 * method(smoothing=False).estimate(signals(rates))[:, 0]
     lost = np.std((one - np.sin(w * TIME_S))[MIDDLE]) * np.sqrt(2)
     np.testing.assert_allclose(lost, LEAK_RAD_S / np.hypot(LEAK_RAD_S, w), rtol=0.03)
@@ -104,13 +104,13 @@ def test_only_the_forward_pass_is_used_until_the_hand_over_of_a_known_start(moti
     np.testing.assert_array_equal(smoothed[:taken], one[:taken])
     np.testing.assert_allclose(smoothed[-1], one[-1], rtol=1e-12)
     assert np.abs(smoothed - one)[taken + 400 :].max() > 1e-4
-    # nothing jumps where the weights change
+    # the angles are continuous where the weights change
     jumps = np.abs(np.diff(smoothed - walk.angles_rad, axis=0))
     assert np.rad2deg(jumps.max()) < 0.1
 
 
 def test_an_unknown_start_is_corrected_by_later_samples(motion):
-    """A leg that is bent by 30 degrees at first and then swings about zero."""
+    """A leg that is flexed by 30 degrees at first and then swings about zero."""
     walk = motion("walking", duration_s=40.0)
     first = np.deg2rad(30.0) * np.exp(-TIME_S[:4001] / 1.0)
     rates = walk.signals.axis_rates_rad_s.copy()
@@ -134,7 +134,7 @@ def test_shares():
 
 
 def test_time_reversed_state_continues_the_movement(motion):
-    """The deviation it says was there a sample later is where the leg really went."""
+    """The later deviation computed from the reversed state equals the true one."""
     walk = motion("half_turn", duration_s=20.0)
     posture = np.array([0.2, -0.1, 0.3])
     for k in (300, 900, 1500):

@@ -66,7 +66,7 @@ def test_posture_is_the_mean_angle_and_nothing_jumps():
 
 @pytest.mark.parametrize(("begin_s", "middle_s"), [(2.0, 5.0), (0.0, 3.0), (100.0, 9.0)])
 def test_posture_is_the_mean_of_its_part(begin_s, middle_s):
-    """A bias makes the angle rise evenly, so the mean tells the time at which it was taken."""
+    """A bias makes the angle rise linearly, so the mean reveals the interval that was averaged."""
     bias = 0.01
     time = np.arange(round(15.0 * RATE_HZ)) / RATE_HZ
     rates = np.column_stack([np.full_like(time, bias), 3.0 * np.cos(6.0 * time), 0.0 * time])

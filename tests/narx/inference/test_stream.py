@@ -1,4 +1,4 @@
-"""A stream equals the whole recording, however it is cut; copies go on by themselves."""
+"""A stream equals batch processing for any block sizes; copies of its state are independent."""
 
 import copy
 import pickle
@@ -98,7 +98,7 @@ def test_a_state_comes_back(method, rates):
     stream.update_block(rates[:700])
     state = stream.state_dict()
     stream.update_block(rates[::-1])
-    for _ in range(2):  # taking it back does not change it
+    for _ in range(2):  # loading the state does not modify it
         stream.load_state_dict(state)
         np.testing.assert_array_equal(stream.update_block(rates[700:]).angles_rad, angles[700:])
     for other in ({}, OrientationStream(method, RATE_HZ, n_sensors=2).state_dict()):
@@ -122,7 +122,7 @@ def test_time_stamps_at_the_sampling_rate_change_nothing(method, rates):
     times = 1.7e9 + np.arange(2000) / RATE_HZ
     stream = OrientationStream(method, RATE_HZ)
     np.testing.assert_allclose(stream.update_block(rates, times).angles_rad, angles, atol=1e-6)
-    # a packet that was lost altogether is no worse than one of NaN
+    # a lost packet costs no more than one of NaN
     there = np.isfinite(rates).all(axis=1)
     stream = OrientationStream(method, RATE_HZ)
     result = [

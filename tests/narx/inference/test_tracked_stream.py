@@ -1,4 +1,4 @@
-"""Network and tracker as samples come: the whole recording's angles, also with losses."""
+"""Network and tracker sample by sample give the batch angles, also with losses."""
 
 import copy
 import pickle
@@ -122,5 +122,5 @@ def test_another_rate_with_time_stamps_gives_the_same_angles(method, rate_hz):
     angles, _ = whole(method, walk(ticks), start)
     expected = np.stack([np.interp(times, ticks, angles[:, axis]) for axis in range(3)], axis=1)
     error = np.rad2deg(estimate.angles_rad - expected)[times < ticks[-1]]
-    # a correction is a jump, which lies between two samples
+    # a correction is a step between two samples
     assert np.quantile(np.abs(error), 0.99) < 0.2

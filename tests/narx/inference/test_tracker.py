@@ -23,7 +23,7 @@ from narx.network.normalisation import Normalisation
 from narx.training.initial_weights import leaky_integrator_weights
 
 RATE_HZ = 50.0
-# what averages differ by from swing to swing is part of the model, so degrees and not less
+# the model includes variation of the mean from swing to swing, so errors are in degrees
 CLOSE_DEG = 2.0
 
 
@@ -39,7 +39,7 @@ def tracked(smoothing=False, **parameters):
 
 
 class Walk:
-    """Somebody who walks and turns now and then, in a room; angles in degrees."""
+    """A person who walks indoors and turns now and then; angles in degrees."""
 
     def __init__(self, duration_s=90.0, turns=True):
         self.time_s = np.arange(0.0, duration_s, 1.0 / RATE_HZ)
@@ -64,7 +64,7 @@ class Walk:
         truth = np.radians(degrees)
         turned = Rotation.from_quat(orientation_from_angles(truth), scalar_first=True)
         rates = (turned[:-1].inv() * turned[1:]).as_rotvec() * RATE_HZ
-        # of the interval that ends at the sample and the one that begins there
+        # mean of the rates over the intervals before and after the sample
         rates = 0.5 * (np.vstack([rates[:1], rates]) + np.vstack([rates, rates[-1:]]))
         force = turned.inv().apply(np.tile([0.0, 0.0, 9.81], (len(rates), 1)))
         start = truth[0] if known else None
@@ -158,7 +158,7 @@ def test_a_bias_that_drifts_for_twenty_minutes_is_followed():
 
     followed = last_minute_deg()
     assert followed.max() < 0.5
-    # as slowly as in a sensor that keeps its temperature
+    # bias noise of a sensor at constant temperature
     assert (followed < 0.5 * last_minute_deg(bias_noise_deg_s=0.0001)).all()
 
 
@@ -225,7 +225,7 @@ def test_the_standard_deviation_follows_the_available_information():
 def test_the_accelerometer_gives_the_mean_angle_too():
     walk = Walk(60.0)
     walk.posture_deg[:] = 12.0, -6.0
-    # who walks in a circle at 0.9 m/s is pulled inwards; here nobody moves on, so speed is zero
+    # walking a circle at 0.9 m/s has centripetal acceleration; this motion has none, so speed is 0
     method = tracked(aided=True, speed_m_s=1e-3)
     assert off_deg(method, walk, (5, 60)) < 1.0
     assert method.needs_accelerometer

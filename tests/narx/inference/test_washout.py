@@ -1,4 +1,4 @@
-"""The slow mean that is taken off the network's output."""
+"""The slow mean subtracted from the network's output."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_a_time_constant_that_is_none_is_refused(washout_s):
 
 
 def constant_rate(rate_rad_s, duration_s, washout_s, known):
-    """A leg that swings while the gyroscope is off by a constant, less the same without."""
+    """Response to a constant gyroscope bias: a swinging leg with it, less the same without."""
     time = np.arange(round(100 * duration_s)) / 100.0
     swing = np.zeros((len(time), 3))
     swing[:, 0] = 2.0 * np.cos(2 * np.pi * 0.9 * time)
@@ -71,11 +71,11 @@ def constant_rate(rate_rad_s, duration_s, washout_s, known):
 def test_a_constant_rate_fades_with_the_time_constant(known):
     rate, leak, washout = np.deg2rad(0.1), 0.2, 40.0
     time, lasting = constant_rate(rate, 300.0, None, known)
-    # eq. (4) of Tham et al.: gain 1 / leak; what the start-up took for posture stays below it
+    # eq. (4) of Tham et al.: gain 1 / leak; the start-up's posture error stays below it
     posture = lasting[-1] - rate / leak
     assert known or abs(posture) < 1e-3 * rate / leak
     time, washed = constant_rate(rate, 300.0, washout, known)
-    # leaky integrator and washout in a row: after the integrator has settled, a pure decay
+    # leaky integrator and washout in series: once the integrator has settled, a pure decay
     late = time > 60.0
     decay = np.polyfit(time[late], np.log(np.abs(washed[late] - posture)), 1)
     np.testing.assert_allclose(decay[0], -1.0 / washout, rtol=0.02)

@@ -1,4 +1,4 @@
-"""Machine code on disk: never stale, and no reason to fail where it cannot be kept or read."""
+"""Compiled code on disk is never stale, and an unusable cache is not an error."""
 
 import os
 import shutil
@@ -43,7 +43,7 @@ def expected(compiled_package):
 
 @pytest.fixture
 def package(compiled_package, tmp_path):
-    """The same for one test alone."""
+    """A private copy of the package for one test."""
     return Path(shutil.copytree(compiled_package[0], tmp_path / "package", symlinks=True))
 
 
@@ -63,7 +63,7 @@ def hits_and_result(answer):
 
 
 def nothing_can_be_written(package):
-    """Files where folders would be made: refused for every user, root included."""
+    """Put files where directories would be created, which fails for every user, root included."""
     (package / "narx/kernels/__pycache__").write_text("")
     return {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null"}
 
@@ -94,7 +94,7 @@ def test_compiles_in_memory_where_nothing_can_be_written(package, expected):
     assert hits_and_result(answer) == (0, expected)
     assert answer.stderr.count("RuntimeWarning") == 1
     assert "NUMBA_CACHE_DIR" in answer.stderr
-    # a folder that cannot be written either changes nothing, one that can be is used
+    # another unwritable folder changes nothing; a writable one is used
     answer = run(package, **closed, NUMBA_CACHE_DIR="/dev/null/cache")
     assert hits_and_result(answer) == (0, expected)
     assert answer.stderr.count("RuntimeWarning") == 1
@@ -106,7 +106,7 @@ def test_compiles_in_memory_where_nothing_can_be_written(package, expected):
 
 
 def test_a_full_disk_is_no_reason_to_fail(package):
-    # the folder is there when the package is imported, and no file can be added later
+    # the folder exists at import, but writing files to it fails later
     full = "import builtins, errno, numba.core.caching as caching\n" + (
         "def refuse(self, name, data):\n"
         "    raise OSError(errno.ENOSPC, 'No space left on device')\n"

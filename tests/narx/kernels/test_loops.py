@@ -1,4 +1,4 @@
-"""Without the compiled loops the package works by plain torch, with one warning that says so."""
+"""Without the compiled loops the package falls back to plain torch with a single warning."""
 
 import os
 import subprocess
@@ -17,7 +17,7 @@ from narx.training.least_squares.coupled import CoupledFit
 ROOT = Path(__file__).resolve().parents[3]
 STRUCTURE = NarxStructure()
 
-# trains, estimates, streams and filters; prints what must not depend on how it is computed
+# trains, estimates, streams and filters; the output must not depend on the implementation
 SCRIPT = """
 import sys, warnings
 warnings.simplefilter("always")

@@ -95,7 +95,7 @@ def test_near_gimbal_lock_the_angles_still_compose(sign, distance):
     distal = orientation_from_joint_angles(angles, as_wxyz(proximal))
     found = grood_suntay(as_wxyz(proximal), distal)
     assert np.isfinite(found).all()
-    # 90 degrees is told to within what double precision leaves of the quaternions
+    # near 90 degrees the accuracy is limited by double-precision quaternions
     np.testing.assert_allclose(found[:, 1], angles[:, 1], atol=1e-7)
     again = as_rotation(orientation_from_joint_angles(found, as_wxyz(proximal)))
     assert (again * as_rotation(distal).inv()).magnitude().max() < 3e-7

@@ -1,4 +1,4 @@
-"""Rates in degrees per second are noticed wherever Python hands rates over."""
+"""Rates in degrees per second are detected in every Python function that takes rates."""
 
 import warnings
 from dataclasses import replace
@@ -17,7 +17,7 @@ from narx.windows import TrainingSequence, from_arrays
 TIME_S = np.arange(0.0, 10.0, 0.01)
 ANGLES_RAD = 0.4 * np.sin(2 * np.pi * 0.9 * TIME_S)[:, None] * [1.0, 0.2, 0.1]
 RATES_RAD_S = np.gradient(ANGLES_RAD, 0.01, axis=0)
-# a stroll: a third of the rates of a normal walk
+# slow walking: a third of the rates of normal walking
 SLOW_DEG_S = np.degrees(RATES_RAD_S) / 3.0
 WORDS = "degrees per second"
 

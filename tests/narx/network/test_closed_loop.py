@@ -1,4 +1,4 @@
-"""The compiled recurrence against a plain one, in every shape it may come in."""
+"""The compiled recurrence against a plain one, for all shapes of its arguments."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def problem(structure, n_sequences, n_samples, seed=0, scale=0.4):
 
 
 def by_numpy(weights, inputs, state, structure):
-    """One sequence, as the equation says it."""
+    """One sequence, computed directly from the equation."""
     w = weights.numpy()
     w1 = w[structure.w1].reshape(structure.hidden, structure.n_features)
     past_v = list(state[: structure.n_input_state].numpy().reshape(-1, structure.n_inputs))
@@ -48,7 +48,7 @@ def test_equals_a_plain_recurrence(structure, tanh, n_sequences):
 
 
 def nearly_an_integrator(n=20000):
-    """Weights with a pole at 0.999: errors of the activation add up."""
+    """Weights with a pole at 0.999, so that errors of the activation accumulate."""
     weights = torch.zeros(DEFAULT.n_weights, dtype=torch.float64)
     w1 = torch.tensor([[0.02, 0.02, 0.1, 0.0], [0.0, 0.01, 0.2, 0.0], [0.01, 0.0, 0.1, 0.0]])
     weights[DEFAULT.w1] = w1.double().flatten()

@@ -1,4 +1,4 @@
-"""Three coupled axes against plain torch operations and the kinematics they stand for."""
+"""Three coupled axes against plain torch operations and the kinematics they implement."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_exact_functions():
 
 
 def test_the_rates_are_those_of_the_kinematics():
-    """A network that passes v_k on shows what it was fed."""
+    """A network that outputs v_k reveals its input."""
     weights, rates, state, posture = problem(5, 1)
     slope = 1e-4  # small enough for tanh to be linear
     weights[:] = 0.0
@@ -62,7 +62,7 @@ def test_the_rates_are_those_of_the_kinematics():
 
 
 def test_a_turn_of_a_tilted_segment_is_not_booked_as_flexion():
-    """An integrator on coupled rates follows a rotation; three of its own do not."""
+    """An integrator of coupled rates follows a rotation; three uncoupled ones do not."""
     rate_hz = 2000.0
     weights = torch.zeros(19, dtype=torch.float64)
     slope = 1e-3
@@ -115,7 +115,7 @@ def test_gradcheck_by_everything():
         )
 
     assert torch.autograd.gradcheck(run, [*inputs, *scales])
-    with torch.no_grad():  # the same numbers as the kernel, which runs where none is asked for
+    with torch.no_grad():  # without gradients the kernel runs and gives the same values
         compiled = run(*inputs, *scales)
     for ours, theirs in zip(compiled, run(*inputs, *scales), strict=True):
         assert not ours.requires_grad

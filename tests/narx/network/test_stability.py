@@ -1,4 +1,4 @@
-"""The stability statement on networks whose stability is known."""
+"""The stability statement for networks of known stability."""
 
 import json
 import math
@@ -50,7 +50,7 @@ def test_an_oscillator_has_complex_poles():
 
 
 def test_a_pole_outside_the_unit_circle_is_seen():
-    """tanh bounds the output, so it must not be judged by the output."""
+    """tanh bounds the output, so a bounded output is no evidence of stability."""
     statement = stability_statement(linear_network(1.02, 0.0, 0.01))
     assert statement.largest_pole == pytest.approx(1.02)
     assert statement.time_constant_s is None
@@ -82,9 +82,9 @@ def test_operating_point_of_a_network_with_biases():
 
 
 def test_coupled_axes_can_keep_two_states_apart_although_each_axis_contracts():
-    """A steady turn about a tilted axis has more than one end; a bound for an axis is no proof."""
+    """A steady turn about a tilted axis has several limits; a bound per axis proves nothing."""
     pole = math.exp(-1.0 / (RATE_HZ * 5.3))
-    # gain of an integrator: what turns the segment turns the estimate as far
+    # gain of an integrator: the estimate turns as far as the segment
     gain = 2.0 / 0.4 / RATE_HZ
     statement = stability_statement(linear_network(pole, 0.0, gain, coupled=True))
     assert statement.contraction_bound < 1.0

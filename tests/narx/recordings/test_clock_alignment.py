@@ -144,6 +144,6 @@ def test_the_residual_is_per_axis(motion):
     fit = estimate_misalignment(
         imu_time, motion[2](imu_time) + 0.1 * noise, optical_time, quaternion, interval_s=0.01
     )
-    # the spline through noise, averaged from sample to sample, keeps about two thirds of it
+    # spline smoothing and averaging between samples leave about two thirds of the noise
     assert 0.05 < fit.residual_rad_s < 0.1
     assert fit.inlier_share == pytest.approx(1.0, abs=0.01)

@@ -1,4 +1,4 @@
-"""What a sensor did not measure is found where it was put, and nothing else is touched."""
+"""Faults are found where they were inserted, and nothing else is changed."""
 
 import numpy as np
 import pytest
@@ -104,7 +104,7 @@ def test_a_jump_of_less_than_two_degrees_is_not_a_spike():
 
 
 def test_an_impact_that_rings_is_not_a_spike():
-    """A step stays away from where it came from."""
+    """A step does not return to its previous value."""
     rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
     rate[1500:, 1] += 3.0
     rate[1500, 1] += 4.0

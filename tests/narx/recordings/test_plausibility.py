@@ -1,4 +1,4 @@
-"""The door: what passes, what is refused."""
+"""Plausibility checks on input: what is accepted and what is refused."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def test_a_walk_passes_unchanged(walk):
     ("change", "message"),
     [
         (lambda w: {"gyroscope_rad_s": np.degrees(w.gyroscope_rad_s)}, "9957 deg/s, beyond any"),
-        # a shuffling walker stays within the range, but not within a leg's swing
+        # a shuffling gait stays within the sensor's range, but its scaled swing is implausible
         (lambda w: {"gyroscope_rad_s": 15 * w.gyroscope_rad_s}, "swings by .* no leg does"),
         (lambda w: {"gyroscope_rad_s": np.radians(w.gyroscope_rad_s)}, "rad/s in a column of deg"),
         (lambda w: {"gyroscope_rad_s": np.round(w.gyroscope_rad_s * 938.7)}, "raw counts"),

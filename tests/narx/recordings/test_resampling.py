@@ -1,4 +1,4 @@
-"""Uniform clocks: what is there is kept, what is not there is not invented."""
+"""Resampling to uniform clocks keeps measured data and does not fill gaps."""
 
 import numpy as np
 import pytest
@@ -89,7 +89,7 @@ def test_gaps_stay_gaps(begin, length, as_nan):
     outside = (clock < begin - 0.02) | (clock > begin + length + 0.02)
     assert not there[inside].any()
     assert there[outside].all()
-    # the filter does not smear one side of the gap into the other
+    # the filter does not leak across the gap
     assert np.abs(resampled - _signal(clock))[there].max() < 0.05
 
 

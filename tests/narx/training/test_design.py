@@ -33,7 +33,7 @@ OPTIMIZERS = {
 
 
 def swing(phase=0.0, seconds=20.0, rate_hz=RATE_HZ, name="walk", harmonics=1):
-    """A leg that swings in the sagittal plane, and its angle from a leaky integrator's view."""
+    """Sagittal leg swing and its angle as a leaky integrator gives it."""
     time = np.arange(round(seconds * rate_hz)) / rate_hz
     angle, rate = np.zeros_like(time), np.zeros_like(time)
     for k in range(1, harmonics + 1):

@@ -1,4 +1,4 @@
-"""Many starts: seeded, in threads, bad ones dropped."""
+"""Multi-start training: seeded, threaded, failed starts dropped."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What training minimises, against numpy."""
+"""The training objective against numpy."""
 
 import math
 from dataclasses import replace
@@ -111,7 +111,7 @@ def test_the_return_to_rest_is_a_decay_without_motion(model, sequences):
     expected = np.tile(0.2 * np.exp(-0.5 * time_s)[:, None], 3)
     np.testing.assert_allclose(resting.targets_rad[B], expected, atol=1e-12)
     np.testing.assert_allclose(resting.state[B, :, 1:], 0.2 / 0.3, atol=1e-12)
-    # the others are padded and else as they were
+    # the other sequences are padded and otherwise unchanged
     np.testing.assert_array_equal(resting.rates_rad_s[:B, :N], sequences.rates_rad_s)
     np.testing.assert_array_equal(resting.targets_rad[:B, :N], sequences.targets_rad)
     assert not resting.rates_rad_s[:B, N:].any()

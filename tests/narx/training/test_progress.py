@@ -1,4 +1,4 @@
-"""A training that was cut off goes on from where it was, to the bit."""
+"""An interrupted training resumes where it stopped, with bit-identical results."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ from narx.training import Adam, Lbfgs, LevenbergMarquardt, progress
 from narx.windows import from_arrays
 
 OPTIMIZERS = {
-    # more starts than are trained together
+    # more starts than are trained at once
     "levenberg_marquardt": LevenbergMarquardt(restarts=18, iterations=12),
     "bayesian": LevenbergMarquardt(restarts=2, iterations=12, bayesian=True),
     "lbfgs": Lbfgs(restarts=3, iterations=8),
@@ -53,7 +53,7 @@ def test_it_ends_with_the_same_network_and_the_same_log(monkeypatch, tmp_path, n
         folder = tmp_path / str(cut_after)
         with pytest.raises(CutOff):
             trained(optimizer, folder, cut_after)
-        # the other group of starts may be writing in its thread: not its temporary file
+        # ignore the temporary file that the thread of the other group of starts may be writing
         (state,) = folder.glob("[!.]*.pt")
         assert torch.load(state, weights_only=True)
         resumed, again = trained(optimizer, folder)

@@ -1,4 +1,4 @@
-"""Training sequences never cross a gap, and a batch holds nothing that was not measured."""
+"""Training sequences never cross a gap, and batches hold only measured samples."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ MODEL = Narx(RATE_HZ, Normalisation(3.0, 0.5))
 
 
 def numbered(n, rate_hz=RATE_HZ):
-    """Signals that tell at every sample which one it was."""
+    """Signals whose values identify every sample."""
     rates = np.arange(n)[:, None] + np.array([0.1, 0.2, 0.3])
     return SegmentSignals("thigh", rate_hz, rates, np.zeros((n, 3)), np.zeros(3))
 
@@ -48,7 +48,7 @@ def test_every_stretch_is_one_run_of_usable_samples(keep, missing, shortest_s):
         assert np.all(np.diff(which) == 1)
         assert len(which) / RATE_HZ >= shortest_s
         np.testing.assert_array_equal(part.target_rad[:, 0], 3 * which)
-        # it could not have been longer
+        # the sequence is of maximal length
         assert which[0] == 0 or not usable[which[0] - 1]
         assert which[-1] == n - 1 or not usable[which[-1] + 1]
         assert part.weight == 2.0

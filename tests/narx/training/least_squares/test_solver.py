@@ -1,4 +1,4 @@
-"""The solver against scipy, and each of its parts against what it promises."""
+"""The solver against scipy, and each of its parts against its specification."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_no_kept_step_raises_the_cost():
 def test_reaches_the_cost_of_scipy_from_the_same_start():
     inputs, targets = signals(300, noise=0.01)
     fit = one_step_fit(inputs, targets)
-    # starts in one valley: from far away, chance decides which of many equal ones is met
+    # starts near one minimum: from distant starts, which of the equal minima is reached is random
     rng = np.random.default_rng(1)
     options = Options(Stopping(max_evaluations=600))
     valley = levenberg_marquardt(fit, random_starts(1, rng), options).weights
