@@ -1,4 +1,4 @@
-"""df/dt = -w x f, on a walk where it holds and on what breaks it."""
+"""The relation df/dt = -w x f holds on a walk; violations of it are detected."""
 
 import re
 
@@ -38,7 +38,7 @@ def test_a_sensor_that_only_turns_gives_slope_one(walk):
     ("gyroscope", "accelerometer", "message"),
     [
         (lambda w: w, lambda f: f, None),
-        # both turned over together, and an accelerometer that points down at rest
+        # gyroscope and accelerometer rotated together; the accelerometer points down at rest
         (lambda w: w * [1, -1, -1], lambda f: f * [1, -1, -1], None),
         (lambda w: w, lambda f: -f, None),
         (np.degrees, lambda f: f, "57.* times as fast .* deg/s in a column of rad/s"),

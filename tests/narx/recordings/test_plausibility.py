@@ -25,7 +25,7 @@ def test_a_walk_passes_unchanged(walk):
     ("change", "message"),
     [
         (lambda w: {"gyroscope_rad_s": np.degrees(w.gyroscope_rad_s)}, "9957 deg/s, beyond any"),
-        # a shuffling gait stays within the sensor's range, but its scaled swing is implausible
+        # a shuffling gait, scaled, stays within the accepted rates, but its swing is implausible
         (lambda w: {"gyroscope_rad_s": 15 * w.gyroscope_rad_s}, "swings by .* no leg does"),
         (lambda w: {"gyroscope_rad_s": np.radians(w.gyroscope_rad_s)}, "rad/s in a column of deg"),
         (lambda w: {"gyroscope_rad_s": np.round(w.gyroscope_rad_s * 938.7)}, "raw counts"),

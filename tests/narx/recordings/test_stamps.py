@@ -8,7 +8,7 @@ from narx.recordings.stamps import checked_rate_hz, sampling_times
 
 
 def _at_arrival(time, size, delay_s=0.006):
-    """A packet of samples arrives with its last one, and is read out at once."""
+    """A packet arrives with its last sample, and its samples are then read out 0.3 ms apart."""
     last = np.minimum(np.arange(len(time)) // size * size + size - 1, len(time) - 1)
     return time[last] + delay_s + 0.0003 * (np.arange(len(time)) % size)
 

@@ -1,4 +1,4 @@
-"""One line names the argument, its value and what is allowed; what is right is converted."""
+"""Invalid arguments give a one-line error with name, value and limits; valid ones convert."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""The curves: evaluation, timing, and what is known of them."""
+"""The gait curves: evaluation, timing and published values."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""When feet touch: events on the phase, stride times as published."""
+"""Foot contacts: events as phases, stride times as published."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Rate and specific force against motions that are known in closed form."""
+"""Rate and specific force against motions with closed-form solutions."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Streams by name, noise with memory."""
+"""Named random streams, and noise with long memory."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Segments in space: angles back out, feet on the ground, left as right."""
+"""Segments in space: angles are recovered, feet stay on the ground, sides are symmetric."""
 
 import numpy as np
 import pytest
@@ -93,7 +93,7 @@ def test_stance_share_hands_over_in_double_support():
 
 
 def test_a_stance_foot_rolls_without_slipping():
-    # the right leg as a stiff stick over its rolling foot, the left one in the air
+    # the right leg as a rigid rod over its rolling foot, the left one in the air
     rate_hz, n = 500.0, 500
     pitch = np.linspace(-0.3, 0.3, n)
     angles = {joint: np.zeros((n, 3)) for joint in JOINTS}

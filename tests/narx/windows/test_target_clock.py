@@ -1,4 +1,4 @@
-"""The lag between target and gyroscope is found to a fraction of a sample, and removed."""
+"""The lag between target and gyroscope is estimated to a fraction of a sample and removed."""
 
 import numpy as np
 import pytest
