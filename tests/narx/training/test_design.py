@@ -239,12 +239,12 @@ def test_the_rest_reaches_the_optimizer():
 @pytest.mark.parametrize(
     ("values", "says"),
     [
-        ({"hidden": 0}, "model.hidden is 0, expected a whole number of at least 1"),
+        ({"hidden": 0}, "model.hidden is 0, expected a whole number from 1 to"),
         ({"hidden": 2.5}, "model.hidden is 2.5"),
         ({"hidden": "many"}, "model.hidden is 'many'"),
         ({"hidden": True}, "model.hidden is true"),
         ({"input_lags": 0}, "model.input_lags is 0"),
-        ({"output_lags": 10**6}, "model.output_lags is 1000000, expected .* at most 64"),
+        ({"output_lags": 10**6}, "model.output_lags is 1000000, expected a whole number from 1"),
         ({"hidden": 40, "input_lags": 20}, "have 961 weights, at most 600"),
         ({"coupled": "maybe"}, "model.coupled is 'maybe', expected true or false"),
         ({"odd": 2}, "model.odd is 2"),
@@ -267,10 +267,10 @@ def test_min_max_is_for_networks_with_biases_on_single_axes():
 @pytest.mark.parametrize(
     ("values", "says"),
     [
-        ({"restarts": 0}, "optimizer.restarts is 0, expected a whole number of at least 1"),
+        ({"restarts": 0}, "optimizer.restarts is 0, expected a whole number from 1 to"),
         ({"iterations": -1}, "optimizer.iterations is -1"),
         ({"prior_deg2": float("nan")}, "optimizer.prior_deg2 is nan, expected a number of at"),
-        ({"cost_change": 2}, "optimizer.cost_change is 2, expected a number .* at most 1"),
+        ({"cost_change": 2}, "optimizer.cost_change is 2, expected a number from 0 to 1"),
         ({"curriculum": ("half",)}, "curriculum.0 is 'half', expected one of open, closed or a"),
         ({"curriculum": (1,)}, "curriculum.0 is 1"),
         ({"curriculum": ()}, "in a list such as"),
@@ -309,7 +309,7 @@ def test_each_optimizer_refuses_its_own(make, says):
         ({"offset_free": "x"}, "offset_free is 'x'"),
         ({"washout_s": -1}, "washout_s is -1"),
         ({"rest_weight": float("inf")}, "rest_weight is inf"),
-        ({"rest_leak_rad_s": 0.0}, "rest_leak_rad_s is 0.0, expected a number of at least 0.001"),
+        ({"rest_leak_rad_s": 0.0}, "rest_leak_rad_s is 0.0, expected a number from 0.001 to"),
     ],
 )
 def test_an_objective_refuses_nonsense_where_it_is_made(values, says):
