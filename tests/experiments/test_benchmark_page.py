@@ -13,6 +13,7 @@ from narx.errors import UserError
 from narx.evaluation.comparison import rows
 from narx.evaluation.results import results_table
 from narx.experiments.benchmark_page import BEGIN, END, kept_sources, pages, with_part
+from narx.experiments.configuration import checked_configuration
 from narx.experiments.tables.glance import at_a_glance, in_words
 from narx.experiments.tables.page import (
     Source,
@@ -27,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture(scope="module")
 def cfg():
     with initialize_config_module("narx.configs", version_base="1.3"):
-        return compose("benchmark_page")
+        return checked_configuration(compose("benchmark_page"), "benchmark_page")
 
 
 def test_page_and_readme_are_made_from_the_kept_results(cfg):
