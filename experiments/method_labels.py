@@ -83,22 +83,6 @@ def _parts(row: str) -> tuple[str, str, bool]:
     return name.removesuffix(form), form, name != row
 
 
-def method_of(row: str) -> str:
-    """Return the method of a row, without its form.
-
-    Parameters
-    ----------
-    row : str
-        Name in ``results.csv``.
-
-    Returns
-    -------
-    str
-        Name in ``methods``: ``vqf`` of ``vqf_heading_zero_chosen``.
-    """
-    return _parts(row)[0]
-
-
 def method_block(row: str) -> str:
     """Return the block of the tables to which a row belongs.
 

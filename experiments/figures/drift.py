@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 from narx.evaluation.comparison import Evaluated
 from narx.evaluation.drift import block_errors
 from narx.experiments.figures.canvas import legend_below, logarithmic, panels, styled
-from narx.experiments.figures.most_accurate import most_accurate
-from narx.experiments.method_labels import method_colour, method_label
+from narx.experiments.method_labels import drawn_rows, method_colour, method_label
 from narx.kinematics.segment_angles import AXES
 
 
@@ -105,7 +104,7 @@ def error_over_time(
     evaluated : iterable of Evaluated
         Long trials of one joint or segment.
     methods : sequence of str, optional
-        Rows of the benchmark to draw; by default those of `most_accurate`.
+        Rows of the benchmark to draw; by default those of `drawn_rows`.
     block_s : float
         Length of a block, s.
     title : str
@@ -118,7 +117,7 @@ def error_over_time(
     """
     trials = list(evaluated)
     if methods is None:
-        methods = most_accurate(trials)
+        methods = drawn_rows(m for trial in trials for m in trial.estimates_rad)
     figure, grid = panels(1, len(AXES), 2.6, 2.2, sharey=True)
     for axis, name in enumerate(AXES):
         panel = grid[0, axis]

@@ -13,8 +13,7 @@ from narx.experiments.figures.canvas import (
     panels,
     styled,
 )
-from narx.experiments.figures.most_accurate import most_accurate
-from narx.experiments.method_labels import method_colour, method_label
+from narx.experiments.method_labels import drawn_rows, method_colour, method_label
 from narx.kinematics.segment_angles import AXES
 
 LINE_RATE_HZ = 100.0
@@ -66,7 +65,7 @@ def waveforms(
     columns : sequence of (str, Evaluated)
         Title and angles: two windows of one knee, or thigh and shank of one walk.
     methods : sequence of str, optional
-        Rows of the benchmark to draw; by default those of `most_accurate`.
+        Rows of the benchmark to draw; by default those of `drawn_rows`.
     axes : sequence of int
         Rows, indices into `narx.kinematics.segment_angles.AXES`.
     marks_s : sequence of float
@@ -81,7 +80,7 @@ def waveforms(
         either side where they predict any; NaN is not drawn.
     """
     if methods is None:
-        methods = most_accurate([piece for _, piece in columns], axes)
+        methods = drawn_rows(m for _, piece in columns for m in piece.estimates_rad)
     # a noisy dashed line at 500 Hz would look solid
     columns = [(name, piece.decimated(LINE_RATE_HZ)) for name, piece in columns]
     width = max(2.6, 6.4 / len(columns)) if len(columns) < 3 else 2.6
