@@ -247,7 +247,12 @@ class Ablation(Section):
 
     seed: Seed = 0
     data_root: FilePath | None = None
-    overrides: tuple[Name, ...] = ("data=smartphone_pocket", "split=leave_one_subject_out")
+    overrides: tuple[Name, ...] = (
+        "data=smartphone_pocket",
+        "select.condition=[NoDist_FrontPocket]",
+        "split=leave_one_subject_out",
+        "model.tracker=null",
+    )
     variants: dict[Name, tuple[Name, ...]]
 
 
