@@ -14,7 +14,7 @@ from narx.datasets.base import TrialSource
 from narx.datasets.prepared import PreparedSource, TrialStore
 from narx.datasets.splits import TrialPart
 from narx.errors import UserError
-from narx.files import files_sha256
+from narx.files import files_sha256, sha256_of
 
 T = TypeVar("T")
 
@@ -78,7 +78,7 @@ def _constructors(cfg: DictConfig) -> dict[str, DictConfig]:
 
 
 def data_sha256(cfg: DictConfig) -> dict[str, str]:
-    """Compute a digest of the recordings that a run may read.
+    """Compute a digest of the recordings and networks that a run may read.
 
     Parameters
     ----------
@@ -89,13 +89,20 @@ def data_sha256(cfg: DictConfig) -> dict[str, str]:
     -------
     dict of str to str
         SHA-256 over the names and contents of all files of each source, by its name; sources that
-        are simulated or not yet downloaded are left out.
+        are simulated or not yet downloaded are left out. That of a trained network that is used
+        or started from, by its key.
     """
-    return {
+    recordings = {
         name: digest
         for name, constructor in _constructors(cfg).items()
         if (digest := _recordings_sha256(cfg, name, constructor)) is not None
     }
+    networks = {
+        key: sha256_of(path)
+        for key in ("checkpoint", "training.start")
+        if (path := OmegaConf.select(cfg, key)) is not None and Path(path).is_file()
+    }
+    return recordings | networks
 
 
 def _recordings_sha256(cfg: DictConfig, name: str, constructor: DictConfig) -> str | None:

@@ -99,7 +99,7 @@ def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> It
     cfg : omegaconf.DictConfig
         Configuration of the run.
     data_sha256 : mapping of str to str
-        Digest of the data it reads, by source.
+        Digest of the recordings and networks it reads, by source or key.
 
     Yields
     ------
