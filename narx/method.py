@@ -99,6 +99,24 @@ class Labelled(Protocol):
         """Weight of the squared errors."""
 
 
+@dataclass(frozen=True)
+class Estimate:
+    """Output of a method for a whole recording.
+
+    Parameters
+    ----------
+    angles_rad : ndarray, shape (N, 3)
+        Sagittal, frontal and transverse angle in rad. NaN at missing samples, and over a whole
+        axis that the method cannot observe.
+    std_rad : ndarray, shape (N, 3), or None
+        Standard deviation of the error that the method predicts, rad; NaN where a sample is
+        missing. None if it predicts none.
+    """
+
+    angles_rad: FloatArray
+    std_rad: FloatArray | None
+
+
 class OrientationMethod(ABC):
     """Estimator of a segment's three angles from its calibrated signals.
 
@@ -154,8 +172,7 @@ class OrientationMethod(ABC):
         MethodNotApplicableError
             If the recording lacks something that the method needs.
         """
-        samples = self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2)
-        there = usable(samples)
+        there = self.usable(signals)
         if there.all():
             return self._estimate(signals)
         angles = np.full((signals.n_samples, 3), np.nan)
@@ -163,6 +180,49 @@ class OrientationMethod(ABC):
             bridged, tick_of = self.bridged(signals)
             angles[there] = self._estimate(bridged)[tick_of[there]]
         return angles
+
+    def run(self, signals: SegmentSignals) -> Estimate:
+        """Estimate the angles of a whole recording, with everything that comes with them.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        Estimate
+            The same angles as from `estimate`.
+
+        Raises
+        ------
+        MethodNotApplicableError
+            If the recording lacks something that the method needs.
+        """
+        return Estimate(self.estimate(signals), None)
+
+    def usable(self, signals: SegmentSignals) -> BoolArray:
+        """Return which samples are not missing.
+
+        Parameters
+        ----------
+        signals : SegmentSignals
+            As for `estimate`.
+
+        Returns
+        -------
+        ndarray of bool, shape (N,)
+            False where a value that the method needs is not finite, a rate beyond
+            `RATE_LIMIT_RAD_S` or a force beyond `narx.kernels.limits.FORCE_LIMIT_M_S2`.
+        """
+        there = np.ones(signals.n_samples, dtype=bool)
+        # column by column: a reduction over a short last axis takes several times as long
+        for axis in range(3):
+            # NaN compares false
+            there &= np.abs(signals.axis_rates_rad_s[:, axis]) <= RATE_LIMIT_RAD_S
+            if self.needs_accelerometer:
+                there &= np.abs(signals.specific_force_m_s2[:, axis]) <= FORCE_LIMIT_M_S2
+        return there
 
     def samples(self, axis_rates_rad_s: FloatArray, specific_force_m_s2: FloatArray) -> FloatArray:
         """Join the inputs of the method.
@@ -231,21 +291,6 @@ class OrientationMethod(ABC):
         lost_most = math.ceil(self.counted_gap_s / interval_s)
         return ClockNumbers(RATE_LIMIT_RAD_S, interval_s, longest_gap_s(interval_s), lost_most)
 
-    def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
-        """Predict the standard deviation of the error at every sample.
-
-        Parameters
-        ----------
-        signals : SegmentSignals
-            As for `estimate`.
-
-        Returns
-        -------
-        ndarray, shape (N, 3), or None
-            Standard deviation, rad; NaN where a sample is missing. None if none is predicted.
-        """
-        return None
-
     @property
     def causal(self) -> bool:
         """Whether angles depend only on past samples."""
@@ -297,27 +342,6 @@ class OrientationMethod(ABC):
     def _step(self, sampling_rate_hz: float, initial_angles_rad: FloatArray | None) -> Step:
         """Start the recursion; to be overridden if `streams` is True."""
         raise NotImplementedError
-
-
-def usable(samples: FloatArray) -> BoolArray:
-    """Return which samples are not missing.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (..., C)
-        From `OrientationMethod.samples`: the first three are rates.
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
-        False where a value is not finite, a rate beyond `RATE_LIMIT_RAD_S` or a force beyond
-        `narx.kernels.limits.FORCE_LIMIT_M_S2`.
-    """
-    # NaN compares false
-    there: BoolArray = np.asarray((np.abs(samples[..., :3]) <= RATE_LIMIT_RAD_S).all(axis=-1))
-    if samples.shape[-1] > 3:
-        there &= (np.abs(samples[..., 3:]) <= FORCE_LIMIT_M_S2).all(axis=-1)
-    return there
 
 
 def longest_gap_s(interval_s: float) -> float:

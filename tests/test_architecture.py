@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # a package may import from itself and from lower layers; packages of one layer are independent
 FLOORS = (
     ("errors", "files", "types"),
-    ("kernels", "settings"),
+    ("kernels", "missing", "settings"),
     ("kinematics", "recursion"),
     ("recordings", "method", "network"),
     ("simulation", "gait", "calibration", "windows"),

@@ -277,15 +277,15 @@ def rows(evaluated: Evaluated) -> list[dict[str, Any]]:
     slope = np.full_like(evaluated.reference_rad, np.nan)
     if len(slope) > 1:
         slope = np.gradient(evaluated.reference_rad, 1.0 / evaluated.sampling_rate_hz, axis=0)
+    # one contiguous row per axis
+    references = np.ascontiguousarray(evaluated.reference_rad[evaluated.scored].T)
+    slopes = np.ascontiguousarray(slope[evaluated.scored].T)
     for method in evaluated.estimates_rad:
-        estimate = evaluated.nearest(method)
+        estimates = np.ascontiguousarray(evaluated.nearest(method)[evaluated.scored].T)
         for axis, name in enumerate(AXES):
-            result = agreement(
-                evaluated.reference_rad[evaluated.scored, axis], estimate[evaluated.scored, axis]
-            )
+            result = agreement(references[axis], estimates[axis])
             row = {key: getattr(evaluated, key) for key in NAMES[:5]}
             row |= {"axis": name, "method": method, **vars(result)}
-            error = evaluated.reference_rad[:, axis] - estimate[:, axis]
-            row["lag_ms"] = 1e3 * lag_s(error[evaluated.scored], slope[evaluated.scored, axis])
+            row["lag_ms"] = 1e3 * lag_s(references[axis] - estimates[axis], slopes[axis])
             table.append({key: row[key] for key in COLUMNS})
     return table

@@ -9,6 +9,7 @@ import pandas as pd
 from narx.evaluation.comparison import Evaluated
 from narx.gait.strides import POINTS, normalised_strides
 from narx.kinematics.segment_angles import AXES
+from narx.missing import finite_rows
 from narx.types import FloatArray
 
 KEYS = ("dataset", "subject", "condition", "trial", "segment")
@@ -88,7 +89,7 @@ def stride_table(sets: Iterable[StrideSet]) -> pd.DataFrame:
         for method, estimate in one.estimates_deg.items():
             for axis, name in enumerate(AXES):
                 reference, angles = one.reference_deg[:, :, axis], estimate[:, :, axis]
-                valid = np.flatnonzero(np.isfinite(reference + angles).all(axis=1))
+                valid = np.flatnonzero(finite_rows(reference + angles))
                 if not valid.size:
                     continue
                 reference, angles = reference[valid], angles[valid]
@@ -136,7 +137,7 @@ def mean_waveforms(
         if method not in one.estimates_deg:
             continue
         pair = one.reference_deg[:, :, axis], one.estimates_deg[method][:, :, axis]
-        valid = np.isfinite(pair[0] + pair[1]).all(axis=1)
+        valid = finite_rows(pair[0] + pair[1])
         if valid.any():
             by_subject.setdefault((one.dataset, one.subject), []).append(
                 (pair[0][valid], pair[1][valid])

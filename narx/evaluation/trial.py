@@ -90,15 +90,14 @@ def evaluate_trial(
         for method_name, method in methods.items():
             try:
                 with workload.of_method(method_name, segment.signals.n_samples):
-                    angles = method.estimate(segment.signals)
+                    estimate = method.run(segment.signals)
             except MethodNotApplicableError as error:
                 refusals.append(Refusal(trial.name, name, method_name, str(error)))
                 continue
             # copies, so that the long arrays are freed
-            estimates[method_name] = angles[kept].copy()
-            predicted = method.standard_deviation(segment.signals)
-            if predicted is not None:
-                std[method_name] = predicted[kept].copy()
+            estimates[method_name] = estimate.angles_rad[kept].copy()
+            if estimate.std_rad is not None:
+                std[method_name] = estimate.std_rad[kept].copy()
         reference = segment.reference_angles_rad
         segments[name] = Evaluated(
             dataset=trial.dataset,

@@ -95,7 +95,7 @@ def start_up_note(method: NarxMethod, quality: NDArray[np.int8]) -> list[str]:
     method : NarxMethod
         Trained network.
     quality : ndarray of int8, shape (N,)
-        From its `quality`.
+        From its `run`.
 
     Returns
     -------

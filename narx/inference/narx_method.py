@@ -1,5 +1,6 @@
 """A trained network as an orientation method: three angles from a gyroscope's recording."""
 
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
@@ -13,12 +14,29 @@ from narx.inference.recursion import NarxRecursion
 from narx.inference.start_up import StartUp
 from narx.inference.washout import WASHOUT_S, washout_gain
 from narx.kernels.clock import AFTER_PAUSE, ARRIVED, MISSING, ON_TICK, STARTING
-from narx.method import OrientationMethod, SegmentSignals, longest_gap_s, usable
+from narx.method import Estimate, OrientationMethod, SegmentSignals, longest_gap_s
 from narx.network.model import Narx
 from narx.recursion import Recursion
 from narx.types import BoolArray, FloatArray
 
 AxisScaling = Literal["training", "own"]
+
+
+@dataclass(frozen=True)
+class NetworkEstimate(Estimate):
+    """Output of a network for a whole recording.
+
+    Parameters
+    ----------
+    starting : ndarray of bool, shape (N,)
+        Samples at which the rates were integrated without the network; False at missing samples.
+    quality : ndarray of int8, shape (N,)
+        A `narx.inference.stream.Quality` each, the same as from a stream: what stands behind the
+        angles.
+    """
+
+    starting: BoolArray
+    quality: NDArray[np.int8]
 
 
 class NarxMethod(OrientationMethod):
@@ -82,8 +100,8 @@ class NarxMethod(OrientationMethod):
         """Whether angles depend only on past samples."""
         return not self.smoothing and self.axis_scaling == "training"
 
-    def standard_deviation(self, signals: SegmentSignals) -> FloatArray | None:
-        """Predict the standard deviation of the error at every sample.
+    def run(self, signals: SegmentSignals) -> NetworkEstimate:
+        """Estimate angles, their standard deviation, and what stands behind each sample.
 
         Parameters
         ----------
@@ -92,16 +110,19 @@ class NarxMethod(OrientationMethod):
 
         Returns
         -------
-        ndarray, shape (N, 3), or None
-            Standard deviation, rad; NaN where a sample is missing. None if the network has none,
-            and with smoothing: it was measured with a single pass and is too large for two.
+        NetworkEstimate
+            Standard deviations are None if the network has none, and with smoothing: they were
+            measured with a single pass and are too large for two. The end of the start-up is
+            accurate to one sample at other rates than the network's.
         """
-        stds = self.stds_rad()
-        if stds is None:
-            return None
-        std = stds[self.starting(signals).astype(int)]
-        std[~usable(signals.axis_rates_rad_s)] = np.nan
-        return std
+        there = self.usable(signals)
+        starting = self._starting(signals, there)
+        std, stds = None, self.stds_rad()
+        if stds is not None:
+            std = stds[starting.astype(int)]
+            std[~there] = np.nan
+        quality = quality_of(there, starting, signals.interval_s)
+        return NetworkEstimate(self.estimate(signals), std, starting, quality)
 
     def stds_rad(self) -> FloatArray | None:
         """Standard deviations of the error after the start-up and during it.
@@ -109,7 +130,7 @@ class NarxMethod(OrientationMethod):
         Returns
         -------
         ndarray, shape (2, 3), or None
-            Standard deviations, rad; None as from `standard_deviation`.
+            Standard deviations, rad; None as from `run`.
         """
         if self.error_std_rad is None or self.smoothing:
             return None
@@ -132,20 +153,7 @@ class NarxMethod(OrientationMethod):
         """
         return self
 
-    def starting(self, signals: SegmentSignals) -> BoolArray:
-        """Return which samples belong to the start-up.
-
-        Parameters
-        ----------
-        signals : SegmentSignals
-            As for `estimate`.
-
-        Returns
-        -------
-        ndarray of bool, shape (N,)
-            False at missing samples; accurate to one sample at other rates than the network's.
-        """
-        there = usable(signals.axis_rates_rad_s)
+    def _starting(self, signals: SegmentSignals, there: BoolArray) -> BoolArray:
         starting = np.zeros(signals.n_samples, dtype=bool)
         if there.any():
             bridged, tick_of = self.bridged(signals)
@@ -157,27 +165,6 @@ class NarxMethod(OrientationMethod):
             )
             starting[there] = tick_of[there] < len(taken)
         return starting
-
-    def quality(self, signals: SegmentSignals) -> NDArray[np.int8]:
-        """Return what stands behind the angles of each sample.
-
-        Parameters
-        ----------
-        signals : SegmentSignals
-            As for `estimate`.
-
-        Returns
-        -------
-        ndarray of int8, shape (N,)
-            A `narx.inference.stream.Quality` each, the same as from a stream.
-        """
-        there = usable(self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2))
-        quality = np.where(self.starting(signals), STARTING, ARRIVED).astype(np.int8)
-        quality[~there] = MISSING
-        at = np.flatnonzero(there)
-        gap_s = np.diff(at) * signals.interval_s
-        quality[at[1:][gap_s > longest_gap_s(signals.interval_s) * (1.0 + ON_TICK)]] = AFTER_PAUSE
-        return quality
 
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         rate_hz = self.model.sampling_rate_hz
@@ -241,6 +228,31 @@ class NarxMethod(OrientationMethod):
     def _compiled(self, n_sensors: int, initial_angles_rad: FloatArray | None) -> NarxRecursion:
         gain = washout_gain(self._composition.washout_s, 1.0 / self.model.sampling_rate_hz)
         return NarxRecursion(self.model, self.start_up, gain, n_sensors, initial_angles_rad)
+
+
+def quality_of(there: BoolArray, starting: BoolArray, interval_s: float) -> NDArray[np.int8]:
+    """Return what stands behind the angles of each sample.
+
+    Parameters
+    ----------
+    there : ndarray of bool, shape (N,)
+        Samples that are not missing.
+    starting : ndarray of bool, shape (N,)
+        As in `NetworkEstimate`.
+    interval_s : float
+        Sampling interval, s.
+
+    Returns
+    -------
+    ndarray of int8, shape (N,)
+        As in `NetworkEstimate`.
+    """
+    quality = np.where(starting, STARTING, ARRIVED).astype(np.int8)
+    quality[~there] = MISSING
+    at = np.flatnonzero(there)
+    gap_s = np.diff(at) * interval_s
+    quality[at[1:][gap_s > longest_gap_s(interval_s) * (1.0 + ON_TICK)]] = AFTER_PAUSE
+    return quality
 
 
 class _WholeRecording:

@@ -179,18 +179,18 @@ def predict(
         np.zeros(3) if start_pose == "known" else None,
     )
     there: BoolArray = np.asarray(np.isfinite(recording.gyroscope_rad_s).all(axis=1))
-    std = method.standard_deviation(signals)
+    found = method.run(signals)
+    std = found.std_rad
     if std is not None:
         # a spline overshoots at a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)
-    quality = method.quality(signals)
-    more += start_up_note(method, quality)
+    more += start_up_note(method, found.quality)
     return Prediction(
         recording.time_s,
-        conversion.to_samples(method.estimate(signals), there),
+        conversion.to_samples(found.angles_rad, there),
         std,
-        np.where(there, quality[conversion.nearest_ticks()], MISSING).astype(np.int8),
+        np.where(there, found.quality[conversion.nearest_ticks()], MISSING).astype(np.int8),
         bias,
         (f"{rate_hz:g} Hz", bias_note, frame_note, *more),
     )

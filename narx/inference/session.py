@@ -167,12 +167,12 @@ def predict_session(
             is_leg=kind_of(segment) in _SWINGING,
             where=f"{where}: {segment}",
         )
-        quality[segment] = method.quality(calibrated.signals)
+        found = method.run(calibrated.signals)
+        quality[segment] = found.quality
         notes += [f"{segment}: {note}" for note in start_up_note(method, quality[segment])]
-        angles[segment] = method.estimate(calibrated.signals)
-        predicted = method.standard_deviation(calibrated.signals)
-        if predicted is not None:
-            std[segment] = predicted
+        angles[segment] = found.angles_rad
+        if found.std_rad is not None:
+            std[segment] = found.std_rad
     for name, joint in JOINTS.items():
         if joint.proximal in segments and joint.distal in segments:
             angles[name] = joint_between(name, angles[joint.proximal], angles[joint.distal])

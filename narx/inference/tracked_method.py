@@ -6,12 +6,13 @@ import numpy as np
 
 from narx.errors import MethodNotApplicableError
 from narx.inference.clocks import RateConversion
-from narx.inference.narx_method import NarxMethod
+from narx.inference.narx_method import NarxMethod, NetworkEstimate, quality_of
 from narx.inference.tracked_recursion import TrackedRecursion
 from narx.inference.tracker import PostureTracker
 from narx.inference.tracking import Tracked, Tracking, follow
 from narx.kernels import tracker as kernel
-from narx.method import SegmentSignals, usable
+from narx.method import SegmentSignals
+from narx.missing import finite_rows
 from narx.network.model import Narx
 from narx.recordings.resampling import contiguous_pieces
 from narx.recursion import Recursion
@@ -55,10 +56,10 @@ class TrackedNarxMethod(NarxMethod):
         ndarray, shape (N, 3)
             Sagittal, frontal and transverse angle in rad; NaN at missing samples.
         """
-        return self._follow(signals).angles_rad
+        return self.run(signals).angles_rad
 
-    def standard_deviation(self, signals: SegmentSignals) -> FloatArray:
-        """Predict the standard deviation of the error at every sample.
+    def run(self, signals: SegmentSignals) -> NetworkEstimate:
+        """Estimate angles, their standard deviation, and what stands behind each sample.
 
         Parameters
         ----------
@@ -67,10 +68,19 @@ class TrackedNarxMethod(NarxMethod):
 
         Returns
         -------
-        ndarray, shape (N, 3)
-            Standard deviation, rad; NaN where a sample is missing.
+        NetworkEstimate
+            From one pass of the tracker; the network does not work (`starting`) before walking and
+            between walks.
         """
-        return self._follow(signals).std_rad * np.array(self.tracker.std_scale)
+        there = self.usable(signals)
+        angles, std, by_network = self._follow(signals, there)
+        starting = ~by_network & finite_rows(angles)
+        return NetworkEstimate(
+            angles,
+            std * np.array(self.tracker.std_scale),
+            starting,
+            quality_of(there, starting, signals.interval_s),
+        )
 
     @property
     def takes_over(self) -> str:
@@ -92,24 +102,7 @@ class TrackedNarxMethod(NarxMethod):
         )
         return TrackedNarxMethod(self.model, tracker, self.smoothing)
 
-    def starting(self, signals: SegmentSignals) -> BoolArray:
-        """Return the samples at which the rates were integrated without the network.
-
-        Parameters
-        ----------
-        signals : SegmentSignals
-            As for `estimate`.
-
-        Returns
-        -------
-        ndarray of bool, shape (N,)
-            True before walking and between walks; False at missing samples.
-        """
-        followed = self._follow(signals)
-        return ~followed.by_network & np.isfinite(followed.angles_rad).all(axis=1)
-
-    def _follow(self, signals: SegmentSignals) -> Tracked:
-        there = usable(self.samples(signals.axis_rates_rad_s, signals.specific_force_m_s2))
+    def _follow(self, signals: SegmentSignals, there: BoolArray) -> Tracked:
         if there.all():
             return self._follow_bridged(signals)
         angles, std = np.full((2, signals.n_samples, 3), np.nan)
@@ -133,7 +126,7 @@ class TrackedNarxMethod(NarxMethod):
     def _converted(self, inputs: FloatArray, signals: SegmentSignals) -> Tracked:
         n, rate_hz = len(inputs), self.model.sampling_rate_hz
         ratio = rate_hz / signals.sampling_rate_hz
-        there = np.isfinite(inputs).all(axis=1)
+        there = finite_rows(inputs)
         time_s = np.arange(n) * signals.interval_s
         pieces = contiguous_pieces(time_s, there, 1.5 * signals.interval_s)
         conversions = [RateConversion(inputs[p], signals.sampling_rate_hz, rate_hz) for p in pieces]

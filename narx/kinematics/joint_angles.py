@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from narx.kinematics.segment_angles import mirror_quaternion
+from narx.missing import finite_rows
 from narx.types import FloatArray
 
 # sine of the angle between e1 and e3 below which rounding errors dominate the floating axis
@@ -64,7 +65,7 @@ def grood_suntay(proximal_wxyz: ArrayLike, distal_wxyz: ArrayLike) -> FloatArray
             f"orientations have shapes {proximal.shape} and {distal.shape}, expected twice (N, 4)"
         )
     angles = np.full((len(proximal), 3), np.nan)
-    there = np.isfinite(proximal).all(axis=1) & np.isfinite(distal).all(axis=1)
+    there = finite_rows(proximal) & finite_rows(distal)
     if there.any():
         angles[there] = _from_frames(
             Rotation.from_quat(proximal[there], scalar_first=True).as_matrix(),
@@ -140,7 +141,7 @@ def orientation_from_joint_angles(
     if proximal_wxyz is not None:
         proximal = np.atleast_2d(np.asarray(proximal_wxyz, dtype=float))
     quaternion = np.full((len(angles), 4), np.nan)
-    there = np.isfinite(angles).all(axis=1) & np.isfinite(proximal).all(axis=1)
+    there = finite_rows(angles) & finite_rows(proximal)
     if there.any():
         joint = Rotation.from_euler("YXZ", angles[there] * [1.0, -1.0, 1.0])
         distal = Rotation.from_quat(proximal[there], scalar_first=True) * joint

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from narx.missing import finite_rows
 from narx.types import FloatArray
 
 AXES = ("sagittal", "frontal", "transverse")
@@ -159,7 +160,7 @@ def angles_from_orientation(quaternion_wxyz: ArrayLike) -> FloatArray:
     """
     quaternion = np.atleast_2d(np.asarray(quaternion_wxyz, dtype=float))
     angles = np.full((len(quaternion), 3), np.nan)
-    there = np.isfinite(quaternion).all(axis=1)
+    there = finite_rows(quaternion)
     if there.any():
         rotation = Rotation.from_quat(quaternion[there], scalar_first=True)
         psi, phi, theta = rotation.as_euler("ZXY").T
@@ -183,7 +184,7 @@ def orientation_from_angles(angles_rad: ArrayLike) -> FloatArray:
     """
     angles = np.atleast_2d(np.asarray(angles_rad, dtype=float))
     quaternion = np.full((len(angles), 4), np.nan)
-    there = np.isfinite(angles).all(axis=1)
+    there = finite_rows(angles)
     if there.any():
         # written out explicitly, since scipy takes five times as long, which is seconds per trial
         half = 0.5 * angles[there].T * np.array([[-1.0], [-1.0], [1.0]])

@@ -165,9 +165,9 @@ class TrialReader:
             for segment in self._calibrated(stretch).values():
                 if segment.reference_angles_rad is None:
                     continue
-                error = segment.reference_angles_rad - method.estimate(segment.signals)
-                starting = method.starting(segment.signals)
-                for row, when in enumerate((keep & starting, keep & ~starting)):
+                found = method.run(segment.signals)
+                error = segment.reference_angles_rad - found.angles_rad
+                for row, when in enumerate((keep & found.starting, keep & ~found.starting)):
                     total[row] += np.nansum(error[when] ** 2, axis=0)
                     count[row] += np.isfinite(error[when]).sum(axis=0)
         if not count.any():
@@ -199,11 +199,12 @@ class TrialReader:
             time_s = stretch.trial.time_s
             keep = time_s - time_s[0] >= self.skip_s
             for segment in self._calibrated(stretch).values():
-                std = method.standard_deviation(segment.signals)
-                if segment.reference_angles_rad is None or std is None:
+                if segment.reference_angles_rad is None:
                     continue
-                error = segment.reference_angles_rad - method.estimate(segment.signals)
-                ratios.append(np.abs(error / std)[keep])
+                found = method.run(segment.signals)
+                if found.std_rad is not None:
+                    error = segment.reference_angles_rad - found.angles_rad
+                    ratios.append(np.abs(error / found.std_rad)[keep])
         if not ratios:
             return 1.0, 1.0, 1.0
         joined = np.concatenate(ratios)

@@ -8,6 +8,7 @@ import numpy as np
 from narx.errors import UserError
 from narx.kinematics.rate_unit import warn_of_degrees
 from narx.method import SegmentSignals
+from narx.missing import finite_rows
 from narx.types import BoolArray, FloatArray
 
 
@@ -126,7 +127,7 @@ def contiguous(
     list of TrainingSequence
         Sequences in time order.
     """
-    usable = keep & np.isfinite(signals.axis_rates_rad_s).all(axis=1)
+    usable = keep & finite_rows(signals.axis_rates_rad_s)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], usable.astype(np.int8), [0]])))
     return [
         TrainingSequence(name, signals.select(slice(start, stop)), target_rad[start:stop], weight)

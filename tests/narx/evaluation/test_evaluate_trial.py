@@ -9,6 +9,7 @@ from narx.datasets.splits import TrialPart
 from narx.evaluation.comparison import rows
 from narx.evaluation.trial import evaluate_trial
 from narx.evaluation.workload import Workload
+from narx.method import Estimate
 
 
 @pytest.fixture(scope="module")
@@ -26,14 +27,12 @@ class Counting:
     def __init__(self, calibrated):
         self.calibrated, self.asked = calibrated, []
 
-    def estimate(self, signals):
+    def run(self, signals):
         self.asked.append(signals.n_samples)
         time_s = np.arange(signals.n_samples) * signals.interval_s
         error = 0.02 * np.sin(2 * np.pi * 0.7 * time_s)[:, None]
-        return self.calibrated[signals.segment].reference_angles_rad - error
-
-    def standard_deviation(self, signals):
-        return np.full((signals.n_samples, 3), 0.02)
+        angles = self.calibrated[signals.segment].reference_angles_rad - error
+        return Estimate(angles, np.full((signals.n_samples, 3), 0.02))
 
 
 def test_samples_are_picked_after_the_method_has_run(walk):

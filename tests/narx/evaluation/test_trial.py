@@ -11,7 +11,7 @@ from narx.errors import MethodNotApplicableError
 from narx.evaluation.trial import evaluate_trial
 from narx.evaluation.workload import Workload
 from narx.kinematics.segment_angles import orientation_from_angles
-from narx.method import SegmentSignals
+from narx.method import Estimate, SegmentSignals
 from narx.recordings.trial import ImuRecording, Trial
 
 N, RATE_HZ = 41, 10.0
@@ -42,10 +42,8 @@ def _refuses(signals):
 
 
 METHODS = {
-    "good": SimpleNamespace(
-        estimate=lambda signals: ANGLES - 0.01, standard_deviation=lambda signals: ANGLES * 0 + 0.02
-    ),
-    "other": SimpleNamespace(estimate=_refuses),
+    "good": SimpleNamespace(run=lambda signals: Estimate(ANGLES - 0.01, ANGLES * 0 + 0.02)),
+    "other": SimpleNamespace(run=_refuses),
 }
 
 

@@ -60,7 +60,7 @@ def test_everything_comes_back(checkpoint, path):
     np.testing.assert_array_equal(
         again.method().estimate(signals), checkpoint.method().estimate(signals)
     )
-    std = again.method().standard_deviation(signals)
+    std = again.method().run(signals).std_rad
     np.testing.assert_array_equal(std[[7, -1]], [[0.4, 0.5, 0.6], [0.1, 0.2, 0.3]])
     assert [entry.name for entry in path.parent.iterdir()] == ["network.pt"]
 

@@ -76,7 +76,7 @@ def test_a_long_gap_is_as_if_time_had_stood_still(motion):
     angles = method.estimate(gappy)
     assert np.isnan(angles[~there]).all()
     np.testing.assert_array_equal(angles[there], method.estimate(signals.select(there)))
-    std = method.standard_deviation(gappy)
+    std = method.run(gappy).std_rad
     assert np.isnan(std[~there]).all()
     np.testing.assert_array_equal(std[there], np.tile([0.1, 0.2, 0.3], (there.sum(), 1)))
     # one axis missing is a sample missing
@@ -268,11 +268,11 @@ def test_the_start_up_has_a_standard_deviation_of_its_own(motion, rate_hz, known
         error_std_rad=np.array([0.1, 0.2, np.nan]),
         start_std_rad=np.array([0.4, np.nan, np.nan]),
     )
-    starting = method.starting(signals)
+    starting = method.run(signals).starting
     assert 4.0 <= starting.sum() / rate_hz < 6.0
     # contiguous from the first sample on, except for the missing sample
     assert np.flatnonzero(~starting).tolist() == [50, *range(starting.sum() + 1, len(starting))]
-    std = method.standard_deviation(signals)
+    std = method.run(signals).std_rad
     there = np.isfinite(rates).all(axis=1)
     np.testing.assert_array_equal(std[starting, 0], 0.4)
     np.testing.assert_array_equal(std[there & ~starting, 0], 0.1)
@@ -288,4 +288,4 @@ def test_the_start_up_has_a_standard_deviation_of_its_own(motion, rate_hz, known
 
 
 def test_no_error_known_no_standard_deviation(motion):
-    assert NarxMethod(network()).standard_deviation(motion("still").signals) is None
+    assert NarxMethod(network()).run(motion("still").signals).std_rad is None

@@ -179,4 +179,4 @@ def test_it_neither_streams_nor_predicts_a_standard_deviation(motion):
     smoothed = method(error_std_rad=np.ones(3))
     with pytest.raises(MethodNotApplicableError, match="smoothing needs the whole recording"):
         smoothed.recursion(100.0, 1, None)
-    assert smoothed.standard_deviation(motion("still").signals) is None
+    assert smoothed.run(motion("still").signals).std_rad is None

@@ -49,7 +49,7 @@ def rates():
 
 def whole(method, rates, start):
     signals = SegmentSignals("shank", RATE_HZ, rates, np.full_like(rates, np.nan), start)
-    return method.estimate(signals), method.standard_deviation(signals)
+    return method.estimate(signals), method.run(signals).std_rad
 
 
 @pytest.mark.parametrize("start", STARTS.values(), ids=STARTS)

@@ -54,7 +54,7 @@ def lossy():
 
 def whole(method, samples, start=None):
     signals = SegmentSignals("shank", RATE_HZ, samples[:, :3], samples[:, 3:], start)
-    return method.estimate(signals), method.standard_deviation(signals)
+    return method.estimate(signals), method.run(signals).std_rad
 
 
 def test_blocks_of_any_size_are_the_whole_recording(method, lossy):
@@ -89,7 +89,7 @@ def test_quality_of_every_sample(method, lossy):
     assert quality[1540] == Quality.AFTER_PAUSE
     assert (quality[1000:1200] == Quality.GOOD).mean() > 0.9
     signals = SegmentSignals("shank", RATE_HZ, lossy[:, :3], lossy[:, 3:])
-    np.testing.assert_array_equal(method.quality(signals), quality)
+    np.testing.assert_array_equal(method.run(signals).quality, quality)
 
 
 def test_lost_packets_cost_little(method):

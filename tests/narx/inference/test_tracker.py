@@ -173,7 +173,7 @@ def test_a_pause_is_waited_for(sits_deg, pause_s):
     walk.posture_deg[:, 0] = sits_deg * pause
     signals, _ = walk.signals()
     method = tracked()
-    assert method.starting(signals)[round(56 * RATE_HZ) : round((48 + pause_s) * RATE_HZ)].all()
+    assert method.run(signals).starting[round(56 * RATE_HZ) : round((48 + pause_s) * RATE_HZ)].all()
     sitting = (54.0, 48.0 + pause_s)
     assert off_deg(method, walk, sitting) < 8.0
     again = 50.0 + pause_s + 10.0
@@ -205,8 +205,8 @@ def test_the_standard_deviation_follows_the_available_information():
     rates[round(60 * RATE_HZ) : round(63 * RATE_HZ)] = np.nan
     signals = replace(signals, axis_rates_rad_s=rates)
     method = tracked(std_scale=(2.0, 1.0, 1.0))
-    std = np.degrees(method.standard_deviation(signals))
-    plain = np.degrees(tracked().standard_deviation(signals))
+    std = np.degrees(method.run(signals).std_rad)
+    plain = np.degrees(tracked().run(signals).std_rad)
     np.testing.assert_allclose(std[:, 0], 2.0 * plain[:, 0])
     np.testing.assert_array_equal(std[:, 1], plain[:, 1])
     at = {
