@@ -26,18 +26,23 @@ def launch(command, *overrides, folder):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        # a suite that was started in the background ignores the signal, and so would the command
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
 def interrupted(process, when):
     """Press Ctrl-C, which reaches all processes of a terminal, as soon as a condition holds."""
     until = time.monotonic() + LONGEST_WAIT_S
-    while not when():
-        assert process.poll() is None, process.communicate()[1]
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGINT)
-    _, err = process.communicate(timeout=LONGEST_WAIT_S)
+    try:
+        while not when():
+            assert process.poll() is None, process.communicate()[1]
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        _, err = process.communicate(timeout=LONGEST_WAIT_S)
+    finally:
+        process.kill()
     assert process.returncode == 130, err
     assert "Traceback" not in err
     return [line for line in err.splitlines() if line.startswith("interrupted")]

@@ -62,6 +62,18 @@ SMALL = {
     ]
 }
 SMALL["benchmark"] = [*SMALL["train"], "split=pretrained"]
+SMALL["as_printed"] = [
+    "draws=2",
+    "subjects=[S1]",
+    "duration_s=30",
+    "sampling_rate_hz=100",
+    "iterations=3",
+]
+SMALL["optimizers"] = [
+    "~data.pocket_walks",
+    "~data.simulated_gait",
+    "overrides=[optimizer.restarts=1,optimizer.iterations=3]",
+]
 
 
 def leaves(model, prefix=""):
