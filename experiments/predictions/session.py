@@ -9,8 +9,6 @@ from omegaconf import DictConfig, ListConfig
 
 from narx.datasets.csv_recording import read_recording
 from narx.errors import UserError
-from narx.experiments.figures.canvas import save_figure
-from narx.experiments.figures.cycles import cycle_figure
 from narx.experiments.predictions.angle_files import check_suffix, write_angles
 from narx.experiments.predictions.options import interval_s, layout_of
 from narx.experiments.predictions.session_tables import angle_table, cycle_table, stride_table
@@ -109,6 +107,10 @@ def _write(session: SessionPrediction, target: Path) -> int:
     if len(cycles):
         write_angles(stride_table(session), _beside(target, "strides", ".csv"))
         write_angles(cycles, _beside(target, "cycle", ".csv"))
+        # imported here, since other predictions need no matplotlib, nor the time to import it
+        from narx.experiments.figures.canvas import save_figure
+        from narx.experiments.figures.cycles import cycle_figure
+
         save_figure(cycle_figure(cycles, target.stem), _beside(target, "cycle", ".png"))
     last = list(session.angles_rad)[-1]
     return int(np.isfinite(session.angles_rad[last]).all(axis=1).sum())

@@ -2,9 +2,8 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from matplotlib.figure import Figure
 from omegaconf import DictConfig
 
 from narx.calibration.calibrate import CalibratedSegment
@@ -14,6 +13,9 @@ from narx.experiments.gathered import Gathered
 from narx.experiments.tables.table import Table
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial
+
+if TYPE_CHECKING:  # commands without figures do not import matplotlib
+    from matplotlib.figure import Figure
 
 # a part of a summary: a paragraph or a table
 Section = str | Table
@@ -81,7 +83,7 @@ class Report(ABC):
         """
 
     @abstractmethod
-    def figures(self, cfg: DictConfig, gathered: Gathered) -> dict[str, Figure]:
+    def figures(self, cfg: DictConfig, gathered: Gathered) -> "dict[str, Figure]":
         """Draw the figures.
 
         Parameters

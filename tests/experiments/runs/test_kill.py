@@ -1,6 +1,7 @@
-"""`kill -9` costs a sweep time, not results."""
+"""`kill -9` costs a command time, not results."""
 
-import importlib.util
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -10,12 +11,14 @@ pytest.importorskip("plotly")
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
-def test_a_sweep_that_was_killed_ends_with_the_same_table(tmp_path):
-    spec = importlib.util.spec_from_file_location(
-        "kill_sweep", Path(__file__).with_name("kill_sweep.py")
-    )
-    kill_sweep = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(kill_sweep)
-    overrides = ("debug=tiny", "seed=0,1,2", "optimizer=levenberg_marquardt,lbfgs")
-    assert kill_sweep.disturbed_equals_undisturbed(tmp_path, overrides, kills=2) >= 1
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forks of itself")
+def test_killed_commands_leave_whole_files_and_end_with_the_same_results(tmp_path):
+    script = Path(__file__).with_name("kill_commands.py")
+    commands = ("predict", "export", "sweep")
+    done = subprocess.run(
+        [sys.executable, script, tmp_path, "--kills", "7", "--commands", *commands,
+         "--sweep", "debug=tiny", "optimizer=levenberg_marquardt,lbfgs"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "the same table, bit for bit" in done.stdout
