@@ -5,10 +5,14 @@ from numpy.typing import NDArray
 
 from narx.inference.tracker import LinearRecursion, PostureTracker
 from narx.inference.tracking import Tracking
+from narx.kernels.threads import in_threads
 from narx.kernels.tracked_stream import follow
 from narx.network.model import Narx
 from narx.recursion import Clocked, ClockNumbers, Recursion, new_clock
 from narx.types import BoolArray, FloatArray
+
+# sensors that are worth a thread of their own
+_TOGETHER = 256
 
 
 class TrackedRecursion(Recursion):
@@ -119,5 +123,16 @@ class _ClockedTracker(Clocked):
         n_sensors, n_samples = samples.shape[:2]
         estimates = np.empty((n_sensors, n_samples, 6))
         quality = np.empty((n_sensors, n_samples), np.int8)
-        follow(samples, stamps, self._numbers, *self._counts, self._state, estimates, quality)
+
+        def part(first: int, last: int) -> None:
+            at = slice(first, last)
+            follow(
+                samples[at], stamps[at], self._numbers, *self._counts,
+                self._state[at], estimates[at], quality[at],
+            )  # fmt: skip
+
+        if n_sensors < 2 * _TOGETHER:
+            follow(samples, stamps, self._numbers, *self._counts, self._state, estimates, quality)
+        else:
+            in_threads(part, n_sensors, _TOGETHER)
         return estimates[:, :, :3], estimates[:, :, 3:], quality

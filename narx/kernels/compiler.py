@@ -27,8 +27,8 @@ else:
     _keep, UNSUPPORTED = keep_on_disk, ""
 
 # exactly the operations in the source
-EXACT: dict[str, Any] = {"cache": True, "nogil": True}
-EXACT_INNER: dict[str, Any] = {"nogil": True}
+EXACT: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+EXACT_INNER: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
 JIT: dict[str, Any] = {
     "cache": True,

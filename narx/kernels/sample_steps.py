@@ -2,23 +2,10 @@
 
 from typing import Any
 
-import numpy as np
-
-from narx.kernels import loops
 from narx.kernels.compiler import INNER, JIT, compiled
+from narx.kernels.functions import sine_cosine, tanh
 from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.start_up import run_start_up, split_for_network
-
-if loops.AVAILABLE:
-    from narx.kernels.euler import sine_cosine
-    from narx.kernels.tanh import rational_tanh as tanh
-else:
-    tanh = np.tanh
-
-    def sine_cosine(x: Any, exact: Any) -> Any:
-        """Sine and cosine by numpy."""
-        return np.sin(x), np.cos(x)
-
 
 # columns of the scales (3 axes, 4)
 RATE_OFFSET, RATE_SCALE, ANGLE_OFFSET, ANGLE_SCALE = 0, 1, 2, 3

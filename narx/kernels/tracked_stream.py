@@ -21,7 +21,7 @@ from narx.kernels.clock import (
     turn_on,
 )
 from narx.kernels.compiler import EXACT, compiled
-from narx.kernels.tracker import INTERVAL, PARAMETERS, SCALARS, step
+from narx.kernels.tracker import INTERVAL, PARAMETERS, SCALARS, room, step
 from narx.kernels.tracker import MISSING as MISSING_S
 
 
@@ -49,9 +49,9 @@ def follow(
     n_sensors, n_samples, n_columns = samples.shape
     limit, interval, max_gap, std_scale = numbers[0], numbers[1], numbers[2], numbers[3:6]
     p, weights = numbers[6 : 6 + PARAMETERS], numbers[6 + PARAMETERS :]
-    work = np.zeros((3, n_states))
-    change, moved = np.zeros((n_states, n_states)), np.zeros((n_states, n_states))
+    work, moved, features, arguments = room(n_states, len(weights), n_hidden)
     tick = np.empty(n_columns)
+    force = tick[3:]
     at_works = CLOCK + n_columns
     at_x = at_works + 1
     at_covariance = at_x + n_states
@@ -81,8 +81,8 @@ def follow(
                 back = (rest + (due - 1 - i) * interval) / since
                 interpolate(sample, latest, back, tick)
                 works = step(
-                    tick[:3], tick[3:], x, covariance, s, p, weights, n_hidden, rates, past,
-                    work, change, moved,
+                    tick, force, x, covariance, s, p, weights, rates, past,
+                    work, moved, features, arguments,
                 )  # fmt: skip
                 state[b, at_works] = 1.0 if works else 0.0
             latest[:] = sample

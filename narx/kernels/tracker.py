@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
-from narx.kernels.kalman import measure, spread
+from narx.kernels.functions import sine_cosine
+from narx.kernels.kalman import DIRECTION, measure, measure_state, spread
 from narx.kernels.limits import COS_FRONTAL_MIN
+from narx.kernels.network_step import OUTPUT, three_outputs
 
 # states of the filter; the last two only with an accelerometer
 ANGLES, CENTRE, BIAS, LEAN, VELOCITY = 0, 3, 6, 9, 10
@@ -38,6 +40,9 @@ SCALARS = 26
 CYCLE_VARIANCE, VELOCITY_VARIANCE = 27, 30
 PARAMETERS = 32
 
+# rows of the intermediate results of `step`, after those of the functions that it calls
+OWN, CARRIED, CHANGE, ABOUT = 3, 4, 5, 6
+
 SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
 # a longer gap leaves no more of the angle than this one
 LONGEST_GAP_S = 1.0
@@ -46,118 +51,108 @@ MOST_BIAS_RAD_S = math.radians(10.0)
 
 
 @compiled(**EXACT_INNER)
-def _propagate(covariance: Any, change: Any, decay: float, moved: Any) -> None:
-    """Propagate the covariance over one sample: x <- (1 + change) x, two centres times `decay`."""
+def _changed(work: Any, source: Any, row: int, out: Any, column: int) -> None:
+    """Fill a column of out with the change of angles and velocity, for states in a row of source.
+
+    Most entries of the matrix are zero. work[CHANGE]: leak of the angles to their centres, coupling
+    of the tilt angles in a turn, interval, change of the frontal angle with the lean; with an
+    accelerometer that of the velocity with the two tilt angles and with itself.
+    """
+    leak, coupling, dt = work[CHANGE, 0], work[CHANGE, 1], work[CHANGE, 2]
+    sagittal, frontal = source[row, 0], source[row, 1]
+    out[0, column] = (
+        -leak * sagittal - coupling * frontal + leak * source[row, 3] - dt * source[row, 6]
+    )
+    out[1, column] = (
+        coupling * sagittal - leak * frontal + leak * source[row, 4] - dt * source[row, 7]
+    ) + work[CHANGE, 3] * source[row, LEAN]
+    out[2, column] = -leak * source[row, 2] + leak * source[row, 5] - dt * source[row, 8]
+    if work.shape[1] > VELOCITY:
+        turn = work[CHANGE, 6]
+        out[3, column] = work[CHANGE, 4] * sagittal + turn * source[row, VELOCITY + 1]
+        out[4, column] = work[CHANGE, 5] * frontal - turn * source[row, VELOCITY]
+
+
+@compiled(**EXACT_INNER)
+def _propagate(covariance: Any, decay: float, work: Any, moved: Any) -> None:
+    """Propagate the covariance over one sample: x <- x + change x, two centres times `decay`.
+
+    moved (5, n + 1) is overwritten.
+    """
     n = len(covariance)
+    n_moving = n - CONSTANT
     if decay != 1.0:
         for i in range(CENTRE, CENTRE + 2):
             for j in range(n):
                 covariance[i, j] *= decay
                 covariance[j, i] *= decay
-    # only angles and velocity change; half of the products, since the matrix is symmetric
-    n_moving = n - CONSTANT
-    for row in range(n_moving):
-        i = row if row < CENTRE else row + CONSTANT
-        moved[row] = 0.0
-        for k in range(n):
-            if change[i, k] != 0.0:
-                for j in range(n):
-                    moved[row, j] += change[i, k] * covariance[k, j]
+    for j in range(n):
+        _changed(work, covariance, j, moved, j)
+    # half of the products, since the matrix is symmetric
     for row in range(n_moving):
         i = row if row < CENTRE else row + CONSTANT
         for j in range(CENTRE, VELOCITY):
             covariance[i, j] += moved[row, j]
             covariance[j, i] = covariance[i, j]
+        _changed(work, moved, row, moved, n)
         for other in range(row + 1):
             j = other if other < CENTRE else other + CONSTANT
-            total = moved[row, j] + moved[other, i]
-            for k in range(n):
-                if change[j, k] != 0.0:
-                    total += moved[row, k] * change[j, k]
-            covariance[i, j] += total
+            covariance[i, j] += moved[row, j] + moved[other, i] + moved[other, n]
             covariance[j, i] = covariance[i, j]
 
 
 @compiled(**EXACT_INNER)
-def _network(
-    weights: Any, n_hidden: int, rate: float, rates: Any, past: Any, about: float, p: Any
-) -> float:
-    """One output of the network about a posture; rates and angles before, newest first.
-
-    Without hidden neurons `weights` are the coefficients of a linear recursion, in s and 1.
-    """
-    n_in, n_out = len(rates) + 1, len(past)
-    if n_hidden == 0:
-        linear = weights[0] * rate
-        for i in range(n_in - 1):
-            linear += weights[1 + i] * rates[i]
-        for i in range(n_out):
-            linear += weights[n_in + i] * (past[i] - about)
-        return linear
-    width = n_in + n_out
-    first_bias, second = n_hidden * width, n_hidden * (width + 1)
-    total = weights[-1]
-    for h in range(n_hidden):
-        at = h * width
-        argument = weights[first_bias + h] + weights[at] * (rate / p[RATE_SCALE])
-        for i in range(n_in - 1):
-            argument += weights[at + 1 + i] * (rates[i] / p[RATE_SCALE])
-        for i in range(n_out):
-            argument += weights[at + n_in + i] * ((past[i] - about) / p[ANGLE_SCALE])
-        total += weights[second + h] * math.tanh(argument)
-    return total * p[ANGLE_SCALE]
-
-
-@compiled(**EXACT_INNER)
 def _advance(
-    own: Any,
     x: Any,
     s: Any,
     p: Any,
     weights: Any,
-    n_hidden: int,
     rates: Any,
     past: Any,
     works: bool,
+    work: Any,
+    features: Any,
+    arguments: Any,
 ) -> tuple[float, float]:
     """Propagate the angles over one sample; return turn rate and cosine of the frontal angle.
 
-    own (3,): gyroscope without bias; rates and past (3, lags): past rates of the angles and past
+    work[OWN]: gyroscope without bias; rates and past (3, lags): past rates of the angles and past
     angles, newest first. Without the network, the trapezoidal rule is used.
     """
-    dt = p[INTERVAL]
     n_out = past.shape[1]
-    n_past = len(weights) - 1 - n_out
-    if n_hidden > 0:
-        # hidden neurons have two weights more than features; one output bias
-        n_past = (len(weights) - 1) // n_hidden - 3 - n_out
-    tilt = np.empty(2)
-    for axis in range(2):
-        # extrapolated to the time of the sample: a lag would act like a bias
-        tilt[axis] = 2.0 * past[axis, 0] - past[axis, 1] if n_out > 1 else past[axis, 0]
-    sin_s, cos_s = math.sin(tilt[0]), math.cos(tilt[0])
-    sin_f, cos_f = math.sin(tilt[1]), math.cos(tilt[1])
+    n_past = features.shape[1] - 1 - n_out
+    # extrapolated to the time of the sample: a lag would act like a bias
+    sagittal, frontal = past[0, 0], past[1, 0]
+    if n_out > 1:
+        sagittal = 2.0 * sagittal - past[0, 1]
+        frontal = 2.0 * frontal - past[1, 1]
+    sin_s, cos_s = sine_cosine(sagittal, None)
+    sin_f, cos_f = sine_cosine(frontal, None)
     if abs(cos_f) < COS_FRONTAL_MIN:
         cos_f = -COS_FRONTAL_MIN if cos_f < 0.0 else COS_FRONTAL_MIN
-    turn = (own[2] * cos_s - own[1] * sin_s) / cos_f
+    turn = (work[OWN, 2] * cos_s - work[OWN, 1] * sin_s) / cos_f
     s[TURN] += p[TURN_GAIN] * (turn - s[TURN])
-    for axis in range(3):
-        rate = turn
-        if axis == 0:
-            rate = own[0] - sin_f * turn
-        elif axis == 1:
-            rate = own[1] * cos_s + own[2] * sin_s
-        if works:
+    rate = (work[OWN, 0] - sin_f * turn, work[OWN, 1] * cos_s + work[OWN, 2] * sin_s, turn)
+    if works:
+        rate_scale, angle_scale = p[RATE_SCALE], p[ANGLE_SCALE]
+        for axis in range(3):
             about = x[CENTRE + axis] + (x[LEAN] * s[TURN] if axis == 1 else 0.0)
-            angle = about + _network(
-                weights, n_hidden, rate, rates[axis, :n_past], past[axis], about, p
-            )
-        else:
-            angle = past[axis, 0] + 0.5 * dt * (rate + rates[axis, 0])
+            work[ABOUT, axis] = about
+            features[axis, 0] = rate[axis] / rate_scale
+            for i in range(n_past):
+                features[axis, 1 + i] = rates[axis, i] / rate_scale
+            for i in range(n_out):
+                features[axis, 1 + n_past + i] = (past[axis, i] - about) / angle_scale
+        three_outputs(weights, features, arguments, work)
+        for axis in range(3):
+            x[axis] = work[ABOUT, axis] + work[OUTPUT, axis] * angle_scale
+    else:
+        for axis in range(3):
+            x[axis] = past[axis, 0] + 0.5 * p[INTERVAL] * (rate[axis] + rates[axis, 0])
+    for axis in range(3):
         for i in range(rates.shape[1] - 1, 0, -1):
             rates[axis, i] = rates[axis, i - 1]
-        rates[axis, 0] = rate
-        x[axis] = angle
+        rates[axis, 0] = rate[axis]
     return turn, cos_f
 
 
@@ -180,7 +175,6 @@ def _swing_ends(own_sagittal: float, s: Any, p: Any) -> bool:
 @compiled(**EXACT_INNER)
 def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> None:
     """Update by a swing: its mean angle measures the posture, less noisily if it resembles gait."""
-    direction = work[0]
     turn = s[SUM_TURN] / s[SAMPLES]
     if abs(turn) > p[TURN_LEAST]:
         # a person who turns does not return to the previous heading
@@ -189,15 +183,15 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
     doubt = 1.0 + net / p[RETURN_VARIANCE]
     doubt += ((s[SINCE] / s[PERIOD] - 1.0) / p[PERIOD_SHARE]) ** 2 if s[PERIOD] > 0.0 else 3.0
     for axis in range(3):
-        direction[:] = 0.0
-        direction[axis], direction[CENTRE + axis] = 1.0, -1.0
+        work[DIRECTION] = 0.0
+        work[DIRECTION, axis], work[DIRECTION, CENTRE + axis] = 1.0, -1.0
         about = x[CENTRE + axis]
         if axis == 1:
-            direction[LEAN] = -turn
+            work[DIRECTION, LEAN] = -turn
             about += x[LEAN] * turn
         residual = about - s[SUM_ANGLES + axis] / s[SAMPLES]
         variance = p[CYCLE_VARIANCE + axis] * doubt
-        expected = spread(covariance, direction, work[1]) + variance
+        expected = spread(covariance, work) + variance
         excess = residual**2 / (p[OUTLIER] * expected)
         if excess <= 1.0:
             s[ODD + axis] = 0.0
@@ -217,11 +211,25 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
 @compiled(**EXACT_INNER)
 def _level(x: Any, force: Any) -> tuple[float, float, float, float]:
     """Horizontal specific force, forward and left, and its derivatives by the two tilt angles."""
-    sin_s, cos_s, sin_f, cos_f = math.sin(x[0]), math.cos(x[0]), math.sin(x[1]), math.cos(x[1])
+    sin_s, cos_s = sine_cosine(x[0], None)
+    sin_f, cos_f = sine_cosine(x[1], None)
     up = sin_s * force[0] + cos_s * force[2]
     forward = cos_s * force[0] - sin_s * force[2]
     left = cos_f * force[1] + sin_f * up
     return forward, left, -up, cos_f * up - sin_f * force[1]
+
+
+@compiled(**EXACT_INNER)
+def room(n_states: int, n_weights: int, n_hidden: int) -> Any:
+    """Return arrays for the intermediate results of `step`: work, moved, features, arguments."""
+    # hidden neurons have two weights more than features; one output bias
+    width = (n_weights - 1) // n_hidden - 2 if n_hidden > 0 else n_weights
+    return (
+        np.zeros((7, n_states)),
+        np.zeros((n_states - CONSTANT, n_states + 1)),
+        np.zeros((3, width)),
+        np.zeros((3, n_hidden)),
+    )
 
 
 @compiled(**EXACT_INNER)
@@ -233,14 +241,17 @@ def step(
     s: Any,
     p: Any,
     weights: Any,
-    n_hidden: int,
     rates: Any,
     past: Any,
     work: Any,
-    change: Any,
     moved: Any,
+    features: Any,
+    arguments: Any,
 ) -> bool:
-    """Advance by a valid sample; return whether the network propagated the angles."""
+    """Advance by a valid sample; return whether the network propagated the angles.
+
+    work, moved, features and arguments, from `room`, are overwritten.
+    """
     n, dt = len(x), p[INTERVAL]
     aided = n == AIDED_STATES
     if s[MISSING] > 0.0:
@@ -250,11 +261,11 @@ def step(
         s[MISSING], s[RISING], s[SWING], s[HIGH], s[LOW] = 0.0, 0.0, 0.0, 0.0, 0.0
         s[SINCE : IDLE + 1], s[PERIOD], s[SUM_ANGLES:BEFORE], s[SAMPLES] = 0.0, 0.0, 0.0, 0.0
         s[IDLE] = p[IDLE_MOST]
-    own, carried, direction = work[2, :3], work[2, 3:6], work[0]
     square, scatter, mean_square = 0.0, 0.0, 0.0
     for axis in range(3):
-        own[axis] = axis_rates[axis] - x[BIAS + axis]
-        square += own[axis] ** 2
+        own = axis_rates[axis] - x[BIAS + axis]
+        work[OWN, axis] = own
+        square += own**2
         away = axis_rates[axis] - s[MEAN_RATE + axis]
         s[MEAN_RATE + axis] += p[REST_GAIN] * away
         scatter += away**2
@@ -262,30 +273,28 @@ def step(
     works = s[IDLE] < p[IDLE_MOST] and (
         max(covariance[CENTRE, CENTRE], covariance[CENTRE + 1, CENTRE + 1]) < p[KNOWN_ENOUGH]
     )
-    turn, cos_f = _advance(own, x, s, p, weights, n_hidden, rates, past, works)
+    turn, cos_f = _advance(x, s, p, weights, rates, past, works, work, features, arguments)
     if abs(x[0]) > math.pi:
         whole = math.copysign(2.0 * math.pi, x[0])
         x[0] -= whole
         past[0] -= whole
-    carried[:] = x[:3]
+    for axis in range(3):
+        work[CARRIED, axis] = x[axis]
     # with a known start the estimated posture does not decay to zero, and the heading never does
     decay, noise = (1.0, 0.0) if s[KNOWN] > 0.0 else (p[CENTRE_DECAY], p[CENTRE_NOISE])
     leak = p[LEAK] * dt if works else 0.0
-    coupling = dt * s[TURN] if abs(s[TURN]) > p[TURN_LEAST] else 0.0
-    for axis in range(3):
-        change[axis, axis], change[axis, CENTRE + axis] = -leak, leak
-        change[axis, BIAS + axis] = -dt
     for axis in range(2):
         x[CENTRE + axis] *= decay
-    change[0, 1], change[1, 0], change[1, LEAN] = -coupling, coupling, leak * s[TURN]
+    work[CHANGE, 0], work[CHANGE, 2], work[CHANGE, 3] = leak, dt, leak * s[TURN]
+    work[CHANGE, 1] = dt * s[TURN] if abs(s[TURN]) > p[TURN_LEAST] else 0.0
     if aided:
         forward, left, by_sagittal, by_frontal = _level(x, force)
         ahead, aside = x[VELOCITY], x[VELOCITY + 1]
         x[VELOCITY] += dt * (forward + turn * aside)
         x[VELOCITY + 1] += dt * (left - turn * ahead)
-        change[VELOCITY, 0], change[VELOCITY, VELOCITY + 1] = dt * by_sagittal, dt * turn
-        change[VELOCITY + 1, 1], change[VELOCITY + 1, VELOCITY] = dt * by_frontal, -dt * turn
-    _propagate(covariance, change, decay, moved)
+        work[CHANGE, 4], work[CHANGE, 5] = dt * by_sagittal, dt * by_frontal
+        work[CHANGE, 6] = dt * turn
+    _propagate(covariance, decay, work, moved)
     for axis in range(3):
         covariance[axis, axis] += p[ANGLE_NOISE] + p[RATE_NOISE] * square / cos_f**2
         covariance[BIAS + axis, BIAS + axis] += p[BIAS_NOISE]
@@ -297,22 +306,19 @@ def step(
         mean_square += s[MEAN_RATE + axis] ** 2
     if s[SCATTER] < p[REST_LEAST] and mean_square < MOST_BIAS_RAD_S**2:
         for axis in range(3):
-            direction[:] = 0.0
-            direction[BIAS + axis] = 1.0
             residual = s[MEAN_RATE + axis] - x[BIAS + axis]
-            measure(x, covariance, work, p[REST_VARIANCE], residual)
+            measure_state(x, covariance, BIAS + axis, work, p[REST_VARIANCE], residual)
     s[SINCE] += dt
     s[IDLE] += dt
     s[SAMPLES] += 1.0
     s[SUM_TURN] += turn
     for axis in range(3):
-        s[SUM_ANGLES + axis] += carried[axis]
+        s[SUM_ANGLES + axis] += work[CARRIED, axis]
     for i in range(VELOCITY, n):
-        direction[:] = 0.0
-        direction[i] = 1.0
         usual = p[SPEED] if i == VELOCITY else 0.0
-        measure(x, covariance, work, p[VELOCITY_VARIANCE + i - VELOCITY], usual - x[i])
-    if _swing_ends(own[0], s, p):
+        variance = p[VELOCITY_VARIANCE + i - VELOCITY]
+        measure_state(x, covariance, i, work, variance, usual - x[i])
+    if _swing_ends(work[OWN, 0], s, p):
         swung = SHORTEST_SWING_S < s[SINCE] < LONGEST_SWING_S
         if swung:
             _learn_from_swing(x, covariance, s, p, work)
@@ -323,7 +329,7 @@ def step(
         s[BEFORE], s[BEFORE + 1] = x[0], x[1]
     for axis in range(3):
         # a correction is not a movement: past angles are shifted by the same amount
-        correction = x[axis] - carried[axis]
+        correction = x[axis] - work[CARRIED, axis]
         for i in range(past.shape[1] - 1, 0, -1):
             past[axis, i] = past[axis, i - 1] + correction
         past[axis, 0] = x[axis]
@@ -351,8 +357,7 @@ def track(
     x (n,), covariance (n, n), s (SCALARS,), rates and past (3, lags) are the state, changed in
     place; p (PARAMETERS,) is from `narx.inference.tracker`.
     """
-    n = len(x)
-    work, change, moved = np.zeros((3, n)), np.zeros((n, n)), np.zeros((n, n))
+    work, moved, features, arguments = room(len(x), len(weights), n_hidden)
     for k in range(len(axis_rates)):
         there = True
         for axis in range(3):
@@ -373,12 +378,12 @@ def track(
             s,
             p,
             weights,
-            n_hidden,
             rates,
             past,
             work,
-            change,
             moved,
+            features,
+            arguments,
         )
         for axis in range(3):
             angles[k, axis] = x[axis]

@@ -82,6 +82,16 @@ def test_sensors_in_step_and_copies_are_each_alone(method, lossy):
             np.testing.assert_array_equal(angles[sensor], whole(method, several[sensor])[0][900:])
 
 
+def test_many_sensors_in_threads_are_each_alone(lossy):
+    n, method = 600, METHODS["gyroscope"]
+    many = OrientationStream(method, RATE_HZ, n_sensors=n)
+    samples = np.stack([np.roll(lossy, 3 * k, axis=0)[:30, :3] for k in range(n)])
+    angles = many.update_block(samples).angles_rad
+    for k in (0, 255, 256, 511, 599):
+        alone = OrientationStream(method, RATE_HZ).update_block(samples[k]).angles_rad
+        np.testing.assert_array_equal(angles[k], alone)
+
+
 def test_quality_of_every_sample(method, lossy):
     quality = OrientationStream(method, RATE_HZ).update_block(lossy).quality
     assert quality[0] == quality[1200] == quality[1520] == Quality.MISSING
