@@ -13,6 +13,7 @@ has imported the libraries already, so an entry takes little more than its tests
 import importlib
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import tomllib
@@ -24,8 +25,10 @@ _ROOT = Path(__file__).parents[1]
 _COPIED = ("narx", "baselines", "experiments", "configs", "tests", "docs")
 _FILES = ("pyproject.toml", "README.md")
 # slow to import; nothing of the package itself, which each child imports from the copy
-_LIBRARIES = ("torch", "scipy.stats", "scipy.signal", "pandas", "numba", "pytest")
+LIBRARIES = ("torch", "scipy.stats", "scipy.signal", "pandas", "numba", "pytest")
 NOT_NOTICED, NOTICED = 0, 1  # exit statuses of pytest: all passed, some failed
+# a change may make a loop endless or an array huge
+_LONGEST_S, _MOST_BYTES = 300, 8 << 30
 
 
 class Change(NamedTuple):
@@ -70,7 +73,7 @@ def copied_package(folder: Path) -> Path:
 def status_of_tests(change: Change, package: Path) -> int:
     """Change the copy, run the tests in a child process, and change it back.
 
-    Returns the exit status of pytest.
+    Returns the exit status of pytest, or the negative number of the signal that stopped it.
     """
     path = package / change.file
     source = path.read_text(encoding="utf-8")
@@ -91,6 +94,10 @@ def status_of_tests(change: Change, package: Path) -> int:
 
 
 def _run_tests(change: Change, package: Path) -> None:
+    import resource  # as fork, not on every system
+
+    signal.alarm(_LONGEST_S)
+    resource.setrlimit(resource.RLIMIT_AS, (_MOST_BYTES, _MOST_BYTES))
     os.chdir(package)
     sys.path.insert(0, str(package))
     sys.dont_write_bytecode = True
@@ -113,7 +120,7 @@ def _run_tests(change: Change, package: Path) -> None:
 def main(words: list[str]) -> int:
     """Run the entries that contain one of the words, all without any; count those missed."""
     changes = [c for c in table() if not words or any(w in f"{c.what} {c.file}" for w in words)]
-    for library in _LIBRARIES:
+    for library in LIBRARIES:
         importlib.import_module(library)
     missed = 0
     with tempfile.TemporaryDirectory() as folder:

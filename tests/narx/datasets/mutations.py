@@ -1,6 +1,7 @@
 """Damaged recordings for the readers; the same seed gives the same file."""
 
 import io
+import shutil
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -75,9 +76,10 @@ def _text(data: bytes, generator: np.random.Generator) -> bytes:
     kind = generator.integers(9)
     row = int(generator.integers(len(lines)))
     if kind == 0:
-        cells = lines[row].split(",")
+        separator = max(",\t: ", key=lines[row].count)
+        cells = lines[row].split(separator)
         cells[generator.integers(len(cells))] = str(generator.choice(_HOSTILE_CELLS))
-        lines[row] = ",".join(cells)
+        lines[row] = separator.join(cells)
     elif kind == 1:
         del lines[row]
     elif kind == 2:
@@ -178,3 +180,57 @@ def damaged_file(folder: Path, seed: int) -> Path:
     path = folder / f"{seed}{suffix}"
     path.write_bytes(data)
     return path
+
+
+def damaged_set(intact: Path, folder: Path, seed: int) -> str:
+    """Copy a small data set with one or two of its files damaged.
+
+    Parameters
+    ----------
+    intact : pathlib.Path
+        Folder of the data set.
+    folder : pathlib.Path
+        Folder that is made.
+    seed : int
+        Decides all of it.
+
+    Returns
+    -------
+    str
+        What was done.
+    """
+    generator = np.random.default_rng([21, seed])
+    shutil.copytree(intact, folder)
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    done = []
+    for _ in range(int(generator.integers(1, 3))):
+        path = files[generator.integers(len(files))]
+        kind = generator.random()
+        if not path.is_file():  # damaged before
+            continue
+        data = path.read_bytes()
+        if kind < 0.04:
+            path.unlink()
+            kind_of_damage = "removed"
+        elif kind < 0.08:
+            path.unlink()
+            path.mkdir()
+            kind_of_damage = "a folder"
+        elif kind < 0.12:
+            other = files[generator.integers(len(files))]
+            if other.is_file():
+                path.write_bytes(other.read_bytes())
+            kind_of_damage = f"content of {other.name}"
+        elif not data:
+            continue
+        elif path.suffix == ".mat" or kind < 0.35:
+            path.write_bytes(_bytes(data, generator))
+            kind_of_damage = "bytes"
+        else:
+            try:
+                path.write_bytes(_text(data, generator))
+            except (UnicodeError, ValueError):  # damaged before
+                path.write_bytes(_bytes(data, generator))
+            kind_of_damage = "text"
+        done.append(f"{path.relative_to(folder)}: {kind_of_damage}")
+    return ", ".join(done)

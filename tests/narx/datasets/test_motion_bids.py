@@ -54,8 +54,8 @@ def _motion(time):
     )
 
 
-@pytest.fixture
-def folder(tmp_path):
+def write_bids(root):
+    """Write a walk of one thigh, recorded by an inertial and an optical system."""
     time = np.arange(0.0, 20.0, 1 / _RATE_HZ)
     fine = 1e-4
     rate = (_motion(time - fine).inv() * _motion(time + fine)).as_rotvec() / (2 * fine)
@@ -65,12 +65,17 @@ def folder(tmp_path):
     )
     values = np.hstack([np.degrees(rate), force])
     values[1500:1600, 0] = np.nan
-    _write(tmp_path, "imu", _RATE_HZ, imu, values)
+    _write(root, "imu", _RATE_HZ, imu, values)
     frames = np.arange(0.0, 20.0, 0.01)
     quaternion = _motion(frames).as_quat(scalar_first=True)
     optical = _channels("LeftThigh", "ORNT", ("quat_w", "quat_x", "quat_y", "quat_z"), "n/a")
     optical += _channels("Latency", "LATENCY", ("n/a",), "s")
-    _write(tmp_path, "mocap", 100.0, optical, np.column_stack([quaternion, frames + 0.05]))
+    _write(root, "mocap", 100.0, optical, np.column_stack([quaternion, frames + 0.05]))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_bids(tmp_path)
     return tmp_path
 
 

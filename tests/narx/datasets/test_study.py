@@ -38,23 +38,26 @@ def _markers(time, phase, lag_s=0.0):
     return (_motion(time - lag_s, phase) * _TO_SENSOR).as_quat(scalar_first=True)
 
 
-@pytest.fixture
-def folder(tmp_path):
+def write_study(root):
+    """Write a study of two people, thigh and shank, with a reference."""
     time = np.arange(0.0, 20.0, 1 / _RATE_HZ)
     frames = np.arange(0.0, 20.0, 0.01)
     for subject in ("anna", "bert"):
         for segment, phase in (("thigh_right", 0.0), ("shank_right", 0.9)):
-            stem = tmp_path / subject / f"walk1_{segment}"
+            stem = root / subject / f"walk1_{segment}"
             write_recording(stem.with_suffix(".csv"), _sensor(time, phase))
             columns = {f"quaternion_{c}": v for c, v in zip("wxyz", _markers(frames, phase).T,
                                                            strict=True)}  # fmt: skip
             pd.DataFrame({"time_s": frames + 0.02, **columns}).to_csv(
                 stem.with_name(f"{stem.name}_markers.csv"), index=False
             )
-            write_recording(
-                tmp_path / subject / f"standing_{segment}.csv", _sensor(time[:150], phase)
-            )
-    _describe(tmp_path, _WHOLE)
+            write_recording(root / subject / f"standing_{segment}.csv", _sensor(time[:150], phase))
+    _describe(root, _WHOLE)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_study(tmp_path)
     return tmp_path
 
 

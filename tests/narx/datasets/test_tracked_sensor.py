@@ -78,7 +78,8 @@ def test_turned_frame_keeps_vectors():
     assert np.allclose(sensor.apply(to_sensor.apply(vector)), body.apply(vector))
 
 
-def _save_joint(path, **changes):
+def save_joint(path, **changes):
+    """Write a recording of two sensors in the format of the published data set."""
     columns, references = [], []
     for seed in (1, 2):
         _, gyroscope, force, quaternion = _sensor_and_reference(seed, [0.01, 0.0, -0.005])
@@ -93,7 +94,7 @@ def _save_joint(path, **changes):
 
 
 def test_joint_file_with_known_offset_and_mounting(tmp_path):
-    _save_joint(tmp_path / "data_2D_07.mat")
+    save_joint(tmp_path / "data_2D_07.mat")
     trial = next(iter(Joint1To3Dof(root=tmp_path)))
     assert trial.name == "joint_1to3dof/device/2D/07"
     assert trial.clock_offset_s["imu2"] == pytest.approx(_OFFSET_S, abs=5e-4)
@@ -114,12 +115,13 @@ def test_joint_file_with_known_offset_and_mounting(tmp_path):
     ],
 )
 def test_damaged_joint_files(tmp_path, changes, message):
-    _save_joint(tmp_path / "data_1D_09.mat", **changes)
+    save_joint(tmp_path / "data_1D_09.mat", **changes)
     with pytest.raises(RecordingError, match=message):
         Joint1To3Dof(root=tmp_path).load("device", "1D", "09")
 
 
-def _save_broad(path, **changes):
+def save_broad(path, **changes):
+    """Write a recording of one sensor in the format of the published data set."""
     time, gyroscope, force, quaternion = _sensor_and_reference(3, [0.0, 0.001, 0.008])
     data = {
         "imu_gyr": gyroscope,
@@ -132,7 +134,7 @@ def _save_broad(path, **changes):
 
 
 def test_broad_file_scores_the_movement(tmp_path):
-    _save_broad(tmp_path / "99_made_up_motion.mat")
+    save_broad(tmp_path / "99_made_up_motion.mat")
     trial = Broad(root=tmp_path).load("device", "made_up_motion", "99")
     assert trial.clock_offset_s["imu"] == pytest.approx(_OFFSET_S, abs=5e-4)
     assert (trial.scored == (trial.time_s > _REST_S)).mean() > 0.999
@@ -150,7 +152,7 @@ def test_broad_file_scores_the_movement(tmp_path):
     ],
 )
 def test_damaged_broad_files(tmp_path, changes, message):
-    _save_broad(tmp_path / "98_made_up.mat", **changes)
+    save_broad(tmp_path / "98_made_up.mat", **changes)
     with pytest.raises(RecordingError, match=message):
         Broad(root=tmp_path).load("device", "made_up", "98")
 

@@ -102,3 +102,10 @@ def test_the_interval_is_the_expanded_percentile_of_all_resamples():
     assert (expected - np.quantile(means, [0.0028, 0.9972]))[0] < -0.15
     found = bootstrap_mean(values, n_resamples=200_000)
     np.testing.assert_allclose([found.low, found.high], expected, atol=0.07)
+    # half of all intervals: as much is left out on either side, 20.4 % of the means
+    tail = stats.norm.cdf(-stats.t.ppf(0.75, n - 1) * np.sqrt(n / (n - 1)))
+    assert tail == pytest.approx(0.204, abs=5e-4)
+    found = bootstrap_mean(values, confidence=0.5, n_resamples=200_000)
+    np.testing.assert_allclose(
+        [found.low, found.high], np.quantile(means, [tail, 1 - tail]), atol=0.05
+    )

@@ -48,10 +48,15 @@ def test_the_threshold_lies_between_one_point_and_all_points():
     assert pointwise < found.threshold < bonferroni
 
 
+def test_three_subjects_are_the_fewest():
+    rng = np.random.default_rng(5)
+    reference, estimate = smooth_noise(rng, 3), smooth_noise(rng, 3)
+    assert waveform_test(reference, estimate).n_subjects == 3
+    assert waveform_test(reference[:2], estimate[:2]) is None
+
+
 def test_not_defined():
     rng = np.random.default_rng(4)
-    few = smooth_noise(rng, 2)
-    assert waveform_test(few, few + 1.0) is None
     many = smooth_noise(rng, 8)
     assert waveform_test(many, many + 1.0) is None
     assert waveform_test(np.empty((0, 101)), np.empty((0, 101))) is None

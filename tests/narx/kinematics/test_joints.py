@@ -40,10 +40,14 @@ def test_a_pelvis_leaning_to_one_side_abducts_one_hip_and_adducts_the_other():
 
 def test_every_joint_lies_between_segments_of_its_own_leg():
     assert set(JOINTS) == {f"{j}_{s}" for j in ("hip", "knee", "ankle") for s in ("right", "left")}
-    for name, joint in JOINTS.items():
-        side = name.split("_")[1]
-        assert joint.distal.endswith(side)
-        assert joint.proximal == "pelvis" or joint.proximal.endswith(side)
+    for side in ("right", "left"):
+        pairs = [(JOINTS[f"{j}_{side}"].proximal, JOINTS[f"{j}_{side}"].distal)
+                 for j in ("hip", "knee", "ankle")]  # fmt: skip
+        assert pairs == [
+            ("pelvis", f"thigh_{side}"),
+            (f"thigh_{side}", f"shank_{side}"),
+            (f"shank_{side}", f"foot_{side}"),
+        ]
 
 
 def test_what_is_missing_stays_missing():
