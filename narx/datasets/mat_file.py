@@ -1,22 +1,18 @@
 """Arrays in a MATLAB file, with an error that names the file and the field."""
 
-import struct
-import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.io
 
+from narx.datasets.mat_structure import check_structure
 from narx.errors import RecordingError
-from narx.recordings.input_file import check_memory, limit_mib, regular_file
+from narx.recordings.input_file import regular_file
 from narx.types import FloatArray
 
-# of the format (MATLAB, "MAT-File Format", level 5)
-_HEADER_BYTES, _COMPRESSED = 128, 15
-_PIECE = 2**16
-# doubles that are whole numbers are stored in a byte each
-_MEMORY_PER_BYTE = 8
+# the square of a larger number, as of a damaged byte in an exponent, overflows
+_LARGEST = 1e100
 
 
 def read_mat(path: Path) -> dict[str, Any]:
@@ -37,39 +33,18 @@ def read_mat(path: Path) -> dict[str, Any]:
     RecordingError
         If the file is missing, cut off, not a MATLAB file, or needs too much memory.
     """
-    _check_unpacked(regular_file(path))
+    regular_file(path)
     try:
+        check_structure(path)
         variables = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
+    except RecordingError:
+        raise
     except Exception as error:  # the exception depends on the damage
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise RecordingError(
             f"{path}: not a whole MATLAB file ({reason}); cut off? expected a version 5 .mat file"
         ) from None
     return {name: value for name, value in variables.items() if not name.startswith("__")}
-
-
-def _check_unpacked(path: Path) -> None:
-    """Unpack the compressed variables piece by piece, and refuse more than fits in memory."""
-    limit = limit_mib() * 2**20 / _MEMORY_PER_BYTE
-    unpacked = 0
-    with path.open("rb") as stream:
-        order = {b"IM": "<", b"MI": ">"}.get(stream.read(_HEADER_BYTES)[-2:])
-        while order is not None and len(tag := stream.read(8)) == 8:
-            kind, size = struct.unpack(f"{order}II", tag)
-            if kind != _COMPRESSED:
-                stream.seek(size, 1)
-                continue
-            unpacker, left = zlib.decompressobj(), size
-            while left > 0 and (piece := stream.read(min(left, _PIECE))):
-                left -= len(piece)
-                while piece:
-                    try:
-                        unpacked += len(unpacker.decompress(piece, _PIECE))
-                    except zlib.error:
-                        return  # damaged: scipy says where
-                    piece = unpacker.unconsumed_tail
-                    if unpacked > limit:
-                        check_memory(path, unpacked * _MEMORY_PER_BYTE)
 
 
 def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArray:
@@ -92,7 +67,7 @@ def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArra
     Raises
     ------
     RecordingError
-        If the field is missing or not numeric.
+        If the field is missing, not numeric, or has a number beyond 1e100.
     """
     first, *rest = name.split(".")
     if first not in variables:
@@ -104,6 +79,13 @@ def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArra
             raise RecordingError(f"{path}: no field '{name}' (at '{part}'); found {found}")
         value = getattr(value, part)
     try:
-        return np.asarray(value, dtype=float)
+        numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise RecordingError(f"{path}: field '{name}' is not numeric") from None
+    largest = np.max(np.abs(numbers), where=np.isfinite(numbers), initial=0.0)
+    if largest > _LARGEST:
+        raise RecordingError(
+            f"{path}: field '{name}' has a number of size {largest:.0e} (damaged?), expected at "
+            f"most {_LARGEST:.0e}"
+        )
+    return numbers

@@ -19,6 +19,7 @@ from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.text_table import read_numbers
 from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError
+from narx.recordings.input_file import regular_file
 from narx.recordings.resampling import uniform_clock
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, Trial
 from narx.settings import FilePath, SamplingRate, checked
@@ -166,9 +167,9 @@ def _read_phone(folder: Path, *, ios: bool) -> tuple[FloatArray, FloatArray, lis
 
 def _boot_time_s(path: Path) -> float:
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: no such file") from None
+        text = regular_file(path).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path}: not UTF-8 text (byte {error.start})") from None
     match = re.search(r"^BootTime\s*=\s*(\d+(?:\.\d+)?)\s*$", text, re.MULTILINE)
     if match is None:
         raise RecordingError(f"{path}: no line 'BootTime = <seconds>'")

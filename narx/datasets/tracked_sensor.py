@@ -125,9 +125,10 @@ def _aligned(
         rate = sensor.gyroscope[:, 1:] - sensor.static_bias_rad_s
         tracked, lost = tracked_poses(segment, sensor.optical_time_s, sensor.body_wxyz)
         notes += lost
-        body, removed = without_spikes(
-            sensor.optical_time_s, tracked, float(np.nanmax(np.linalg.norm(rate, axis=1)))
-        )
+        speed = np.linalg.norm(rate, axis=1)
+        if not np.isfinite(speed).any():
+            raise RecordingError(f"'{segment}': no sample of the gyroscope has all three axes")
+        body, removed = without_spikes(sensor.optical_time_s, tracked, float(np.nanmax(speed)))
         if removed:
             notes.append(f"{segment}: {removed} optical samples are tracking faults, taken out")
         try:

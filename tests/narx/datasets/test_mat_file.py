@@ -52,6 +52,49 @@ def test_a_file_cut_off_anywhere_is_refused_in_one_line(path, share):
     assert "made.mat" in str(caught.value)
 
 
+@pytest.mark.parametrize("compressed", [False, True])
+def test_no_damaged_tag_reaches_the_compiled_reader(tmp_path, compressed):
+    """scipy takes an element's type as an index, and a wrong one ends the process."""
+    path = tmp_path / "made.mat"
+    cells = np.array([np.arange(3.0), "text"], dtype=object)
+    scipy.io.savemat(path, {"outer": {"values": np.eye(3), "cells": cells}})
+    whole = path.read_bytes()
+    refused = 0
+    for at in range(128, len(whole) - 3, 4):
+        damaged = whole[:at] + struct.pack("<I", 0x7654) + whole[at + 4 :]
+        if compressed:
+            packed = zlib.compress(damaged[128:])
+            damaged = damaged[:128] + struct.pack("<II", 15, len(packed)) + packed
+        path.write_bytes(damaged)
+        try:
+            read_mat(path)
+        except RecordingError as error:
+            refused += "unknown type" in str(error)
+    # outer, its struct's two fields, the two cells: each of five tags or more
+    assert refused > 20
+
+
+def test_variables_nested_without_end_are_refused(tmp_path):
+    path = tmp_path / "made.mat"
+    scipy.io.savemat(path, {"rate": 1.0})
+    header = path.read_bytes()[:128]
+    nested = b""
+    for _ in range(2000):
+        nested = struct.pack("<II", 14, len(nested)) + nested
+    path.write_bytes(header + nested)
+    with pytest.raises(RecordingError, match="nested more than 32 deep"):
+        read_mat(path)
+
+
+def test_an_exponent_that_was_hit_is_refused(tmp_path):
+    path = tmp_path / "made.mat"
+    scipy.io.savemat(path, {"rate": [1.0, 1e200, np.nan, np.inf]})
+    with pytest.raises(
+        RecordingError, match=r"made.mat: field 'rate' has a number of size 1e\+200"
+    ):
+        numeric_field(path, read_mat(path), "rate")
+
+
 def test_no_such_file(tmp_path):
     with pytest.raises(RecordingError, match="no such file"):
         read_mat(tmp_path / "nowhere.mat")

@@ -161,6 +161,7 @@ _FOLDER = f"ios/Ada_iPhone5_{_CONDITION}"
         (lambda r: (r / _FOLDER / "accelerometer.txt").unlink(), r"accelerometer\.txt: no such"),
         (lambda r: (r / _FOLDER / "accelerometer.txt").write_text("1 2 3\n"), "3 columns"),
         (lambda r: (r / _FOLDER / "description.txt").write_text("[Time]\n"), "BootTime"),
+        (lambda r: (r / _FOLDER / "description.txt").write_bytes(b"\xff\xfe"), "not UTF-8 text"),
         (lambda r: (r / _FOLDER / "timeAlignment.txt").write_text(""), "no data lines"),
         (
             lambda r: _cut(r / f"qualisys/Ada_iPhone5_{_CONDITION}.mat", 0.5),

@@ -133,6 +133,13 @@ def save_broad(path, **changes):
     scipy.io.savemat(path, {k: v for k, v in data.items() if v is not None})
 
 
+def test_a_gyroscope_without_a_sample_is_refused(tmp_path):
+    gyroscope = _sensor_and_reference(3, [0.0, 0.001, 0.008])[1]
+    save_broad(tmp_path / "99_lost.mat", imu_gyr=np.full_like(gyroscope, np.nan))
+    with pytest.raises(RecordingError, match=r"99_lost.mat: 'imu': no sample of the gyroscope"):
+        Broad(root=tmp_path).load("device", "lost", "99")
+
+
 def test_broad_file_scores_the_movement(tmp_path):
     save_broad(tmp_path / "99_made_up_motion.mat")
     trial = Broad(root=tmp_path).load("device", "made_up_motion", "99")
