@@ -4,6 +4,7 @@ import contextlib
 import cProfile
 import errno
 import functools
+import logging
 import os
 import pstats
 import shutil
@@ -104,6 +105,7 @@ def command(
         def job(cfg: DictConfig) -> object:
             nonlocal started
             started = True
+            _show_compiling()
             if in_sweep() and keeps_run:
                 # the launcher receives a failure as an exception
                 return _kept(function, checked_configuration(cfg, config_name))
@@ -146,6 +148,16 @@ def command(
         return main
 
     return decorate
+
+
+@functools.cache  # one handler for each process, including a launcher's workers
+def _show_compiling() -> None:
+    if not sys.stderr.isatty():
+        return
+    compiling = logging.getLogger("narx.kernels.cache")
+    compiling.addHandler(logging.StreamHandler())
+    compiling.setLevel(logging.INFO)
+    compiling.propagate = False  # Hydra would write a log file in the run's folder
 
 
 def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:

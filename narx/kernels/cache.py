@@ -8,6 +8,7 @@ kernels are compiled again; if it cannot be written, they are compiled in memory
 
 import functools
 import hashlib
+import logging
 import pickle
 import warnings
 from pathlib import Path
@@ -21,6 +22,7 @@ from narx.kernels.numba_internals import (
 )
 
 _FOLDER = Path(__file__).resolve().parent
+_LOG = logging.getLogger(__name__)
 
 
 @functools.cache
@@ -49,6 +51,11 @@ def _warn_of_no_cache() -> None:
     )
 
 
+@functools.cache
+def _announce_compiling() -> None:
+    _LOG.info("compiling loops for this processor, up to half a minute; later runs load them")
+
+
 class _StampedAndSealed(CompileResultCacheImpl):
     """Numba's cache of one function, with a stamp and a checksum of the machine code."""
 
@@ -74,13 +81,16 @@ class _KernelCache(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
-            return super().load_overload(sig, target_context)
+            found = super().load_overload(sig, target_context)
         except Exception:  # a damaged pickle may raise any exception
+            found = None
             try:
                 self.flush()
             except OSError:
                 self.disable()
-            return None
+        if found is None:
+            _announce_compiling()
+        return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         try:

@@ -198,14 +198,15 @@ def disturbed_equals_undisturbed(name, command, needed, folder, kills, seed=0):
     repeatable = {key for key in expected if expected[key] == again.get(key)}
     if expected.keys() != again.keys():
         raise AssertionError(f"two runs left {expected.keys() ^ again.keys()}")
-    chance, met = random.Random(f"{seed} {name}"), 0
+    chance, met, alive = random.Random(f"{seed} {name}"), 0, True
     for number in range(kills):
-        if (disturbed / "out").is_dir() and not met % 3:
+        if not alive or (not number % 3 and (disturbed / "out").is_dir()):
             shutil.rmtree(disturbed / "out")  # begin again, else late kills meet finished work
         if number % 2:
-            met += killed(command, disturbed, after_s=chance.uniform(0, 1) * duration_s)
+            alive = killed(command, disturbed, after_s=chance.uniform(0, 1) * duration_s)
         else:
-            met += killed(command, disturbed, at_operation=chance.randint(1, operations))
+            alive = killed(command, disturbed, at_operation=chance.randint(1, operations))
+        met += alive
         check_whole(disturbed / "out", expected, repeatable)
     to_the_end(command, disturbed)
     check_whole(disturbed / "out", expected, repeatable)

@@ -81,6 +81,14 @@ def test_an_edited_helper_is_compiled_anew(package, expected):
     assert changed != expected
 
 
+def test_compiling_is_logged_when_it_happens(package):
+    script = "import logging; logging.basicConfig(level=logging.INFO)" + STRIDE
+    assert "compiling" not in run(package, script).stderr
+    with (package / "narx/kernels/stride.py").open("a") as source:
+        source.write("# edited\n")
+    assert run(package, script).stderr.count("compiling") == 1
+
+
 def test_an_edit_of_any_other_file_of_the_folder_counts_as_well(package, expected):
     limits = package / "narx/kernels/limits.py"
     limits.write_text(limits.read_text().replace("0.1", "0.2"))
