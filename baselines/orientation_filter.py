@@ -1,5 +1,6 @@
 """Common base of orientation filters: three angles from gyroscope and accelerometer."""
 
+import threading
 import weakref
 from abc import abstractmethod
 from collections.abc import Hashable
@@ -14,9 +15,20 @@ from narx.kinematics.segment_angles import TRANSVERSE, angles_from_orientation
 from narx.method import OrientationMethod, SegmentSignals
 from narx.types import FloatArray
 
-# what each filter, with its settings, made of the recording that it was last run on: a benchmark
-# runs it with every treatment of the heading
-_LATEST: dict[Hashable, tuple["weakref.ref[SegmentSignals]", FloatArray]] = {}
+_Latest = dict[Hashable, tuple["weakref.ref[SegmentSignals]", FloatArray]]
+
+
+class _OfThread(threading.local):
+    """What each filter made of the recording that this thread ran it on last.
+
+    A benchmark runs a filter with every treatment of the heading.
+    """
+
+    def __init__(self) -> None:
+        self.latest: _Latest = {}
+
+
+_KEPT = _OfThread()
 
 
 class OrientationFilter(OrientationMethod):
@@ -68,11 +80,12 @@ class OrientationFilter(OrientationMethod):
     def _angles(self, signals: SegmentSignals) -> FloatArray:
         """Angles with the filter's own heading; treatments of the heading share the latest ones."""
         key = type(self), self._settings
-        latest = _LATEST.get(key)
+        kept = _KEPT.latest
+        latest = kept.get(key)
         if latest is None or latest[0]() is not signals:
             angles = angles_from_orientation(self._orientation(signals))
-            latest = weakref.ref(signals, lambda _: _LATEST.pop(key, None)), angles
-            _LATEST[key] = latest
+            latest = weakref.ref(signals, lambda _: kept.pop(key, None)), angles
+            kept[key] = latest
         return latest[1].copy()
 
 

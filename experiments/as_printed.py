@@ -10,7 +10,7 @@ independent axes; random starts, zero initial states; Levenberg-Marquardt one st
 distributed starts with a standard deviation of 0.5, and the scale of the untrained axes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,6 +52,8 @@ from narx.windows.sequences import TrainingSequence
 # sagittal axis only, mean errors included, no return to rest
 _OBJECTIVE = Objective((1.0, 0.0, 0.0), offset_free=False, rest_weight=0.0)
 _SCORED_RATE_HZ = 100.0
+# of a benchmark's configuration, that matter for this experiment
+_KEYS = frozenset({"experiment", "as_printed", "seed", "profile"})
 # of the weights of a plain random start
 _START_SD = 0.5
 
@@ -298,6 +300,28 @@ def run(cfg: DictConfig) -> pd.DataFrame:
             )
     results = pd.DataFrame(about).join(scores(walks, methods, cfg.skip_s), on="method")
     return results.drop(columns="method")
+
+
+def check_overrides(overrides: Iterable[str]) -> None:
+    """Refuse keys of the comparison of methods beside ``experiment=tham_as_printed``.
+
+    Parameters
+    ----------
+    overrides : iterable of str
+        Overrides of the benchmark, as given on the command line.
+
+    Raises
+    ------
+    UserError
+        If one would have no effect.
+    """
+    for override in overrides:
+        key = override.lstrip("+~").partition("=")[0]
+        if key.partition(".")[0] not in _KEYS:
+            raise UserError(
+                f"{key}: has no effect with experiment=tham_as_printed, expected as_printed.* or "
+                f"one of {', '.join(sorted(_KEYS - {'as_printed'}))}"
+            )
 
 
 def write_draws(results: pd.DataFrame, path: Path) -> None:

@@ -4,10 +4,12 @@ python -m experiments.benchmark data=smartphone_pocket data_root=DIR split=leave
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
+from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
@@ -16,9 +18,9 @@ from narx.calibration.calibrate import CalibratedSegment
 from narx.datasets.base import TrialSource
 from narx.datasets.splits import Fold, TrialPart, load_calibrated
 from narx.errors import UserError
-from narx.evaluation.comparison import rows
+from narx.evaluation.comparison import Evaluated, rows
 from narx.evaluation.results import results_table, write_results
-from narx.evaluation.trial import evaluate_trial
+from narx.evaluation.trial import Refusal, evaluate_trial
 from narx.experiments import as_printed
 from narx.experiments.command import command, run_directory, states_folder
 from narx.experiments.gathered import Gathered
@@ -28,13 +30,16 @@ from narx.experiments.reports.report import Report
 from narx.experiments.reports.summary import write_report
 from narx.experiments.rivals import NETWORK_METHODS, rivals_of
 from narx.experiments.runs.record import environment, seed_everything, write_json
-from narx.experiments.sources import combined_index, one_ahead, open_sources
+from narx.experiments.side_by_side import side_by_side
+from narx.experiments.sources import combined_index, open_sources
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.files import safe_name
 from narx.inference import checkpoint as checkpoints
 from narx.inference.checkpoint import Checkpoint
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial
+
+_Evaluation = tuple[Trial, Mapping[str, CalibratedSegment], Sequence[Evaluated], Sequence[Refusal]]
 
 
 def run(
@@ -84,23 +89,29 @@ def run(
             calibrated = {name: with_static_bias(c) for name, c in calibrated.items()}
         return trial, calibrated
 
+    def evaluate(part: TrialPart, methods: Mapping[str, OrientationMethod]) -> _Evaluation:
+        trial, calibrated = prepare(part)
+        evaluated, refusals = evaluate_trial(
+            trial,
+            calibrated,
+            methods,
+            part,
+            cfg.evaluation.skip_s,
+            gathered.workload,
+            cfg.evaluation.scored_rate_hz,
+        )
+        return trial, calibrated, evaluated, refusals
+
     for fold in folds:
         methods: dict[str, OrientationMethod] = {}
         if NETWORK_METHODS & set(cfg.methods):
             methods = _with_network(cfg, sources, fold, log, gathered, progress_folder)
         methods |= rivals.methods_for(fold, prepare)
         gathered.not_causal |= {name for name, method in methods.items() if not method.causal}
-        for part, (trial, calibrated) in one_ahead(fold.test, prepare):
-            progress.set_postfix_str("/".join(part.key[1:]))
-            evaluated, refusals = evaluate_trial(
-                trial,
-                calibrated,
-                methods,
-                part,
-                cfg.evaluation.skip_s,
-                gathered.workload,
-                cfg.evaluation.scored_rate_hz,
-            )
+        for trial, calibrated, evaluated, refusals in side_by_side(
+            partial(evaluate, methods=methods), fold.test
+        ):
+            progress.set_postfix_str("/".join((trial.subject, trial.condition, trial.trial)))
             scored, further = report.observe(trial, calibrated, methods, evaluated)
             gathered.refusals += [*further, *refusals]
             for one in scored:
@@ -183,6 +194,7 @@ def _silent(iteration: int, numbers: dict[str, float]) -> None:
 def _benchmark(cfg: DictConfig) -> None:
     """Run a benchmark and write its results, summary and figures to the run directory."""
     if cfg.get("as_printed") is not None:
+        as_printed.check_overrides(HydraConfig.get().overrides.task)
         as_printed.report(cfg.as_printed)
         return
     seed_everything(cfg.seed)

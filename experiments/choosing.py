@@ -11,6 +11,7 @@ from hydra.utils import instantiate
 from narx.calibration.calibrate import CalibratedSegment
 from narx.datasets.splits import Fold, TrialPart
 from narx.errors import MethodNotApplicableError
+from narx.experiments.side_by_side import side_by_side
 from narx.method import OrientationMethod, SegmentSignals
 from narx.recordings.trial import Trial
 from narx.types import BoolArray, FloatArray
@@ -149,13 +150,9 @@ def choose_parameters(
         point has a finite error.
     """
     points = [dict(zip(grid, values, strict=True)) for values in product(*grid.values())]
-    errors = [
-        training.error_rad(
-            instantiate(dict(settings) | point, _convert_="all"),
-            axis_weights,
-            offset_free,
-        )
-        for point in points
-    ]
+    methods = [instantiate(dict(settings) | point, _convert_="all") for point in points]
+    errors = list(
+        side_by_side(lambda method: training.error_rad(method, axis_weights, offset_free), methods)
+    )
     best = int(np.argmin(errors))
     return points[best] if np.isfinite(errors[best]) else {}

@@ -1,9 +1,7 @@
 """Open the trial sources of the configuration's `data`: recordings on disk, or the simulator."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeVar
 
 import pandas as pd
 import pooch
@@ -12,11 +10,8 @@ from omegaconf import DictConfig, OmegaConf
 
 from narx.datasets.base import TrialSource
 from narx.datasets.prepared import PreparedSource, TrialStore
-from narx.datasets.splits import TrialPart
 from narx.errors import UserError
 from narx.files import files_sha256, sha256_of
-
-T = TypeVar("T")
 
 
 def open_sources(cfg: DictConfig) -> dict[str, TrialSource]:
@@ -143,33 +138,3 @@ def combined_index(sources: Mapping[str, TrialSource]) -> pd.DataFrame:
         frame.insert(0, "source", name)
         frames.append(frame)
     return pd.concat(frames, ignore_index=True)
-
-
-def one_ahead(
-    parts: Iterable[TrialPart], prepare: Callable[[TrialPart], T]
-) -> Iterator[tuple[TrialPart, T]]:
-    """Prepare the next trial in a second thread while the current one is processed.
-
-    Parameters
-    ----------
-    parts : iterable of TrialPart
-        Trial parts, in order.
-    prepare : callable
-        Loads and calibrates a trial; its exceptions are raised here.
-
-    Yields
-    ------
-    part : TrialPart
-        The part.
-    prepared : object
-        Result of `prepare` for it.
-    """
-    with ThreadPoolExecutor(max_workers=1) as worker:
-        pending: tuple[TrialPart, Future[T]] | None = None
-        for part in parts:
-            coming = part, worker.submit(prepare, part)
-            if pending is not None:
-                yield pending[0], pending[1].result()
-            pending = coming
-        if pending is not None:
-            yield pending[0], pending[1].result()

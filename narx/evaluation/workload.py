@@ -2,6 +2,7 @@
 
 import re
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,6 +31,7 @@ class Workload:
 
     def __post_init__(self) -> None:
         self._begun = time.perf_counter()
+        self._adding = threading.Lock()
 
     @contextmanager
     def of_method(self, name: str, n_samples: int) -> Iterator[None]:
@@ -52,8 +54,9 @@ class Workload:
             yield
         finally:
             spent = time.thread_time() - begun
-            self.methods_s[name] = self.methods_s.get(name, 0.0) + spent
-            self.n_samples[name] = self.n_samples.get(name, 0) + n_samples
+            with self._adding:
+                self.methods_s[name] = self.methods_s.get(name, 0.0) + spent
+                self.n_samples[name] = self.n_samples.get(name, 0) + n_samples
 
     @property
     def us_per_sample(self) -> dict[str, float]:

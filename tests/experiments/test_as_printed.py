@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 from narx.calibration.calibrate import calibrate
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.errors import UserError
-from narx.experiments.as_printed import draw_window, sequence_of, train_as_printed
+from narx.experiments.as_printed import check_overrides, draw_window, sequence_of, train_as_printed
 from narx.experiments.configuration.schemas import PrintedVariant
 from narx.experiments.tables.as_printed import as_printed_table
 
@@ -130,3 +130,21 @@ def test_the_command_leaves_draws_and_a_table(run_command):
     assert list(results["variant"]) == ["printed", "own"] * 2
     assert np.isfinite(results["knee_sagittal_deg"]).all()
     assert "| printed" in out
+
+
+@pytest.mark.parametrize(
+    "override", ["data=broad", "methods=[vqf]", "++choose=false", "+select.subject=S1", "debug=tiny"]
+)
+def test_keys_of_the_comparison_are_refused_beside_it(run_command, override):
+    status, _, err, directory = run_command("benchmark", "experiment=tham_as_printed", override)
+    assert status == 2
+    key = override.lstrip("+~").partition("=")[0]
+    assert err.splitlines()[-1] == (
+        f"error: {key}: has no effect with experiment=tham_as_printed, expected as_printed.* or "
+        "one of experiment, profile, seed"
+    )
+    assert not (directory / "as_printed.csv").exists()
+
+
+def test_its_own_keys_are_accepted():
+    check_overrides(["experiment=tham_as_printed", "as_printed.draws=2", "seed=1", "profile=true"])
