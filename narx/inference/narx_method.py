@@ -28,6 +28,8 @@ class NetworkEstimate(Estimate):
 
     Parameters
     ----------
+    angles_rad, std_rad
+        As in `narx.method.Estimate`.
     starting : ndarray of bool, shape (N,)
         Samples at which the rates were integrated without the network; False at missing samples.
     quality : ndarray of int8, shape (N,)
