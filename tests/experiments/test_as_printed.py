@@ -133,7 +133,8 @@ def test_the_command_leaves_draws_and_a_table(run_command):
 
 
 @pytest.mark.parametrize(
-    "override", ["data=broad", "methods=[vqf]", "++choose=false", "+select.subject=S1", "debug=tiny"]
+    "override",
+    ["data=broad", "methods=[vqf]", "++choose=false", "+select.subject=S1", "debug=tiny"],
 )
 def test_keys_of_the_comparison_are_refused_beside_it(run_command, override):
     status, _, err, directory = run_command("benchmark", "experiment=tham_as_printed", override)
