@@ -242,6 +242,16 @@ class DemoRecordings(Section):
     duration_s: Annotated[float, Field(ge=20, le=3600)] = 60
 
 
+class Endurance(Section):
+    """As ``configs/endurance.yaml``."""
+
+    output: FilePath = "endurance"
+    hours: Annotated[float, Field(ge=0, le=1000)] = 24
+    dask_minutes: Annotated[float, Field(ge=0, le=1440)] = 20
+    files: Annotated[int, Field(ge=0, le=100_000)] = 2000
+    jobs: Annotated[int, Field(ge=1, le=1024)] = 1
+
+
 class Ablation(Section):
     """As ``configs/ablation.yaml``."""
 
@@ -343,6 +353,7 @@ SCHEMAS: dict[str, type[Section]] = {
     "predict": Predict,
     "demo_recordings": DemoRecordings,
     "draft_study": DraftStudy,
+    "endurance": Endurance,
     "ablation": Ablation,
     "optimizers": Optimizers,
     "error_budget": ErrorBudget,

@@ -14,7 +14,7 @@ from narx.experiments.predictions.workers import outcomes
 from narx.files import atomic_path, remove_temporaries
 from narx.recordings.input_file import is_bundle
 
-READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip")
+READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip", ".gz", ".h5")
 SUMMARY, JOURNAL = "summary.csv", ".finished.jsonl"
 # a temporary file older than this belongs to no running process
 _ABANDONED_S = 3600.0

@@ -1,6 +1,9 @@
 """Export of a phone app: a zip or folder with one file per sensor."""
 
+import csv
+import io
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,11 +62,25 @@ def read_bundle(path: Path, segment: str) -> ImuRecording:
         if accelerometer_file is None:
             return recording
         accelerometer = _sensor(path, contents, accelerometer_file, layout, "accelerometer")
-        return at_gyroscope_times(
-            union_of_rows(recording, accelerometer.time_s, accelerometer.values)
-        )
+        force = accelerometer.values
+        if layout.opposite is not None and layout.opposite.fits(
+            _about(contents, layout.opposite.file)
+        ):
+            force = -force
+            note = f"accelerometer's sign changed, according to {layout.opposite.file}"
+            recording = replace(recording, notes=(*recording.notes, note))
+        return at_gyroscope_times(union_of_rows(recording, accelerometer.time_s, force))
     found = ", ".join(sorted(contents)[:20]) or "nothing"
     raise RecordingError(f"{path}: no gyroscope's file of a known app in it; found {found}")
+
+
+def _about(contents: dict[str, bytes | Path], name: str) -> dict[str, str]:
+    """First row of a table about the recording, by column; empty without that table."""
+    content = contents.get(name, b"")
+    data = content.read_bytes() if isinstance(content, Path) else content
+    rows = csv.DictReader(io.StringIO(data.decode("utf-8-sig", errors="replace")))
+    first = next(iter(rows), {})
+    return {str(name).strip(): str(value) for name, value in first.items()}
 
 
 def _contents(path: Path) -> dict[str, bytes | Path]:

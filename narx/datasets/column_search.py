@@ -1,10 +1,11 @@
 """Find the columns named in a description, and determine their unit."""
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from narx.datasets.layout import AXES, PACKETS, Columns
+from narx.datasets.layout import AXES, CALENDAR, PACKETS, Columns
 from narx.datasets.units import Quantity, factor_to_si, unit_names
 from narx.errors import RecordingError, UserError
 
@@ -18,7 +19,7 @@ class Found:
     indices : tuple of int
         From 0; one, or three for x, y, z.
     factors : tuple of float
-        To SI, sign included.
+        To SI, sign included; NaN for a column that must hold dates and times.
     wraps : int, optional
         As in the description.
     """
@@ -172,7 +173,8 @@ def _factor(
 ) -> float:
     """Determine the unit from the name, the description and the units row."""
     below = {units[index].strip() for index in indices} - {"", "-"} if units else set()
-    given = {in_name or columns.unit or "", *below} - {""}
+    own = in_name or columns.unit or ""
+    given = {"" if own == CALENDAR and below else own, *below} - {""}
     factors = {unit: _factor_of(quantity, unit) for unit in given}
     unknown = [unit for unit, factor in factors.items() if factor is None]
     first = names[indices[0]]
@@ -192,6 +194,8 @@ def _factor(
 def _factor_of(quantity: Quantity, unit: str) -> float | None:
     if quantity == "time" and unit == PACKETS:
         return 1.0
+    if quantity == "time" and unit == CALENDAR:
+        return math.nan
     return factor_to_si(quantity, unit)
 
 

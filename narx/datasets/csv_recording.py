@@ -3,7 +3,8 @@
 The names of the columns give quantity and unit; in any order, others are ignored:
 
 ============================== ==================================================
-``time_s``                     sampling times in s (``_ms``, ``_us``, ``_ns``), or as ISO 8601
+``time_s``                     sampling times in s (``_ms``, ``_us``, ``_ns``, ``_min``), or as
+                               dates and times
 ``gyroscope_x_rad_s``, y, z    angular rate in rad/s; or
 ``gyroscope_x_deg_s``, y, z    in deg/s
 ``accelerometer_x_m_s2``, y, z specific force in m/s^2 (at rest it points up); or
@@ -15,20 +16,25 @@ An empty cell, ``NA`` or ``nan`` is a missing value. The dialect of the text is 
 (`narx.datasets.device_layouts`), and the stamps become sampling times (`narx.recordings.stamps`).
 """
 
+import gzip
+import io
 import os
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from narx.datasets import apdm_file
 from narx.datasets.array_table import read_mat_table, read_parquet
 from narx.datasets.bundle import read_bundle
 from narx.datasets.layout import AXES, Layout
 from narx.datasets.plain_text import plain_table
 from narx.datasets.table_recording import Table, recording_from
 from narx.datasets.text_dialect import read_table
+from narx.errors import RecordingError
 from narx.files import atomic_path
-from narx.recordings.input_file import is_bundle, regular_file
+from narx.recordings.input_file import check_memory, is_bundle, limit_mib, regular_file
 from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
@@ -41,8 +47,8 @@ def read_recording(
     Parameters
     ----------
     path : path-like
-        Text in any dialect of CSV; Parquet (``.parquet``); MATLAB 5 with named arrays (``.mat``);
-        a zip or folder of a phone app, with one file per sensor.
+        Text in any dialect of CSV, also compressed (``.csv.gz``); Parquet (``.parquet``); MATLAB 5
+        with named arrays (``.mat``); HDF5 of APDM (``.h5``, the sensor labelled as the segment); a zip or folder of a phone app, with one file per sensor.
     segment : str
         Segment that carries the sensor, such as ``thigh_right``.
     layout : Layout, optional
@@ -64,6 +70,8 @@ def read_recording(
     file = Path(path)
     if file.suffix.lower() == ".zip" or is_bundle(file):
         return read_bundle(file, segment)
+    if file.suffix.lower() in apdm_file.SUFFIXES:
+        return recording_from(apdm_file.read_apdm(file, segment), layout, segment)
     return recording_from(open_table(file), layout, segment)
 
 
@@ -91,7 +99,21 @@ def open_table(file: Path) -> Table:
     if suffix == ".mat":
         return read_mat_table(file)
     content = regular_file(file).read_bytes()
+    if suffix == ".gz":
+        content = _unpacked(file, content)
     return plain_table(file, content) or read_table(file, content)
+
+
+def _unpacked(file: Path, content: bytes) -> bytes:
+    """Unpack a compressed text, no further than the memory limit."""
+    most = int(limit_mib() * 2**20)
+    try:
+        with gzip.open(io.BytesIO(content)) as stream:
+            unpacked = stream.read(most + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise RecordingError(f"{file}: not a whole gzip file ({error})") from None
+    check_memory(file, len(unpacked))
+    return unpacked
 
 
 def write_recording(path: str | os.PathLike[str], recording: ImuRecording) -> None:

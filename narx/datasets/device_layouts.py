@@ -12,11 +12,11 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
 from narx.datasets.column_search import first_found
-from narx.datasets.layout import OWN, Columns, Layout
+from narx.datasets.layout import OWN, Columns, Layout, Opposite
 from narx.errors import UserError
 from narx.recordings.input_file import regular_file
 
-_KEYS = {"time", "gyroscope", "accelerometer", "comment", "files"}
+_KEYS = {"time", "gyroscope", "accelerometer", "comment", "files", "opposite"}
 _COLUMN_KEYS = {"names", "unit", "sign", "wraps"}
 
 
@@ -28,7 +28,8 @@ def layout_from(description: Mapping[str, Any], name: str) -> Layout:
     description : mapping
         ``time``, ``gyroscope`` and, if there is one, ``accelerometer``: each a pattern, a list of
         three names, a mapping with ``names``, ``unit``, ``sign`` and ``wraps``, or a list of such
-        mappings or patterns as alternatives. ``comment`` and ``files`` as of `Layout`.
+        mappings or patterns as alternatives. ``comment``, ``files`` and ``opposite`` as of
+        `Layout`.
     name : str
         Source of the description, for messages.
 
@@ -59,6 +60,7 @@ def layout_from(description: Mapping[str, Any], name: str) -> Layout:
         _alternatives(description.get("accelerometer") or [], f"{name}: accelerometer"),
         description.get("comment"),
         {sensor: tuple(names) for sensor, names in files.items()},
+        _opposite(description.get("opposite"), name),
     )
 
 
@@ -141,6 +143,17 @@ def recognised(
         if time and first_found(layout.gyroscope, "gyroscope", names, units, where):
             return layout
     return OWN
+
+
+def _opposite(value: object, name: str) -> Opposite | None:
+    if value is None:
+        return None
+    values = value.get("values") if isinstance(value, dict) else None
+    if not isinstance(value, dict) or set(value) != {"file", "values"} or not values:
+        raise UserError(f"{name}: opposite is {value}, expected a mapping with file and values")
+    if not isinstance(values, dict):
+        raise UserError(f"{name}: opposite.values is {values}, expected columns and their values")
+    return Opposite(str(value["file"]), {str(k): str(v) for k, v in values.items()})
 
 
 def _alternatives(value: object, where: str) -> tuple[Columns, ...]:

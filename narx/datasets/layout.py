@@ -50,6 +50,41 @@ class Columns:
 
 
 @dataclass(frozen=True)
+class Opposite:
+    """Recordings of an app in which the specific force has the opposite sign.
+
+    Parameters
+    ----------
+    file : str
+        Table with one row about the recording.
+    values : mapping of str to str
+        Columns of that table and the values of such recordings; a column that is missing, in files
+        of earlier versions of the app, fits as well.
+    """
+
+    file: str
+    values: Mapping[str, str]
+
+    def fits(self, row: Mapping[str, str]) -> bool:
+        """Return whether a recording is one of these.
+
+        Parameters
+        ----------
+        row : mapping of str to str
+            The row of the table, by column; empty if there is no table.
+
+        Returns
+        -------
+        bool
+            True if all columns that exist have the values, and at least one exists.
+        """
+        known = {name: value for name, value in self.values.items() if name in row}
+        return bool(known) and all(
+            row[name].strip().casefold() == value.casefold() for name, value in known.items()
+        )
+
+
+@dataclass(frozen=True)
 class Layout:
     """Names of a device's columns; of several alternatives, the first found in a table is used.
 
@@ -67,6 +102,8 @@ class Layout:
     files : mapping of str to tuple of str
         ``gyroscope`` and ``accelerometer`` to file names, if each sensor has its own file; empty
         for a device that writes one table.
+    opposite : Opposite, optional
+        Recordings whose accelerometer has the opposite sign.
     """
 
     name: str
@@ -75,12 +112,25 @@ class Layout:
     accelerometer: tuple[Columns, ...] = ()
     comment: str | None = None
     files: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    opposite: Opposite | None = None
+
+
+PACKETS = "packets"
+# a column of dates and times has no unit
+CALENDAR = "calendar"
+
+
+def _own(name: str) -> tuple[Columns, ...]:
+    """Spellings of a name of the package: unit after it, in brackets, or in the units row."""
+    return tuple(Columns(name + unit) for unit in ("_{unit}", " ({unit})", " [{unit}]", ""))
 
 
 OWN = Layout(
     "narx",
-    (Columns("time_{unit}"),),
-    (Columns("gyroscope_{axis}_{unit}"),),
-    (Columns("accelerometer_{axis}_{unit}"),),
+    (
+        *_own("time")[:-1],
+        *(Columns(name, unit=CALENDAR) for name in ("time", "timestamp", "datetime")),
+    ),
+    _own("gyroscope_{axis}"),
+    _own("accelerometer_{axis}"),
 )
-PACKETS = "packets"

@@ -222,6 +222,11 @@ def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
     calendar = table.seconds(column)
     if calendar is not None:
         return calendar
+    if np.isnan(found.factors[0]):
+        raise RecordingError(
+            f"{where}: column {table.names[column]} has numbers without a unit, expected a name "
+            "such as time_s or time_ms, or dates and times"
+        )
     stamps = table.numbers(column)
     if found.wraps is not None:
         stamps = _unwrapped(stamps, found.wraps)

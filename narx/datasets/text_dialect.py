@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
+from narx.datasets.calendar_times import seconds_of
 from narx.datasets.units import is_unit
 from narx.errors import RecordingError
 from narx.recordings.input_file import check_memory, regular_file
@@ -26,7 +26,7 @@ _COMMENT = ("#", "%", "//")
 _SAMPLE = 60
 _MISSING = frozenset(
     ("", "na", "n/a", "#n/a", "nan", "-nan", "null", "none", "nil", "<na>", "-", "--", "?", ".",
-     "missing", "#value!", "#num!")
+     "missing", "#value!", "#num!", "n.a.", "---", "----", "*", "''", "k.a.", "void", "invalid")
 )  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(\d+([., '\u00a0\u202f]\d+)*[.,]?|[.,]\d+)([eE][+-]?\d+)?")
 _GROUPED = {
@@ -125,21 +125,20 @@ class TextTable:
         Raises
         ------
         RecordingError
-            If a cell is not a date and time of ISO 8601.
+            If a cell is not a date and time.
         """
         cells = self._cells(column)
         if sum(":" in cell for cell in cells) <= len(cells) // 2:
             return None
-        stamps = pd.to_datetime(pd.Series(cells), format="ISO8601", utc=True, errors="coerce")
-        wrong = np.flatnonzero(stamps.isna().to_numpy())
+        seconds = seconds_of(cells)
+        wrong = np.flatnonzero(np.isnan(seconds))
         if wrong.size:
             first = int(wrong[0])
             raise RecordingError(
                 f"{self.path}: line {self.line_numbers[first]}, column {self.names[column]}: "
                 f"found '{cells[first][:40]}', expected a date and time"
             )
-        seconds = (stamps - stamps.iloc[0]).dt.total_seconds()
-        return np.asarray(seconds, dtype=np.float64), (f"times count from {cells[0]}",)
+        return seconds, (f"times count from {cells[0]}",)
 
 
 def read_table(path: Path, content: bytes | None = None) -> TextTable:
@@ -188,6 +187,12 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
     rows = _split([line for _, line in lines], separator)
     width = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)[0][0]
     begin = next((k for k, row in enumerate(rows) if _is_data(row, width)), len(rows))
+    end = max((k + 1 for k, row in enumerate(rows) if _is_data(row, width)), default=len(rows))
+    while end < len(rows) and not _is_remark(rows[end]):
+        end += 1
+    if end < len(rows):
+        notes.append(f"line {lines[end][0]} and the following left out, since they are not data")
+    rows, lines = rows[:end], lines[:end]
     line_numbers = [number for number, _ in lines[begin:]]
     if not line_numbers:
         raise RecordingError(f"{path}: no data lines, expected numbers")
@@ -269,6 +274,11 @@ def _is_data(row: list[str], width: int) -> bool:
     if abs(len(row) - width) > 1:
         return False
     return any(map(_is_number, row)) or all(cell.strip().lower() in _MISSING for cell in row)
+
+
+def _is_remark(row: list[str]) -> bool:
+    """Tell a remark below the data from a line that was cut off."""
+    return bool(re.match(r"[^\W\d_]{2}", row[0].strip())) and row[0].strip().lower() not in _MISSING
 
 
 def _header(

@@ -16,6 +16,9 @@ _SPELLINGS: dict[Quantity, dict[float, tuple[str, ...]]] = {
         1e-3: ("ms", "msec", "millisecond", "milliseconds"),
         1e-6: ("us", "µs", "μs", "usec", "microsecond", "microseconds"),
         1e-9: ("ns", "nsec", "nanosecond", "nanoseconds"),
+        60.0: ("min", "mins", "minute", "minutes"),
+        3600.0: ("h", "hr", "hrs", "hour", "hours"),
+        86400.0: ("d", "day", "days"),
     },
     "gyroscope": {
         1.0: ("rad_s", "rad/s", "rad/sec", "rads", "radian/s", "radians/s", "rad s-1", "rad*s-1"),
@@ -24,12 +27,17 @@ _SPELLINGS: dict[Quantity, dict[float, tuple[str, ...]]] = {
             "deg s-1", "deg*s-1", "°/sec",
         ),
         np.pi / 180e3: ("mdps", "mdeg/s", "mdeg_s"),
+        1e-3: ("mrad_s", "mrad/s", "mrad/sec", "mrads"),
+        np.pi / 30.0: ("rpm", "rev/min", "rev_min", "1/min", "r/min"),
+        2.0 * np.pi: ("rev_s", "rev/s", "rps", "turns/s"),
     },
     "accelerometer": {
         1.0: ("m_s2", "m/s^2", "m/s2", "m/s²", "m/s/s", "m/(s^2)", "m/(s2)", "ms-2", "m s-2",
               "m*s-2", "m/sec^2", "m/sec2"),
         GRAVITY_M_S2: ("g", "gs"),
         1e-3 * GRAVITY_M_S2: ("mg", "mgs"),
+        1e-2: ("cm_s2", "cm/s^2", "cm/s2", "cm/s²", "gal"),
+        1e-3: ("mm_s2", "mm/s^2", "mm/s2", "mm/s²"),
     },
 }  # fmt: skip
 

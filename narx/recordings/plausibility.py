@@ -24,6 +24,8 @@ _SWING_WINDOW_S = 2.0
 # any walking turns a sensor faster than this
 _SLOW_RAD_S = np.radians(6.0)
 _STRIDES_HZ = (0.4, 3.0)
+# times in minutes have intervals below this, if the rate is above 7 Hz
+_FAST_S = 1.0 / 400.0
 _STRIDES_SHARE = 0.5
 # above the 50 g measured on a shank and the range of any accelerometer
 _IMPOSSIBLE_M_S2 = 1000.0 * GRAVITY_M_S2
@@ -71,6 +73,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
         )
         time, gyroscope, force = time[~repeats], gyroscope[~repeats], force[~repeats]
     gyroscope, faults = without_faults(time, gyroscope)
+    _check_minutes(time, gyroscope, where)
     _check_unit(time, gyroscope, where)
     return replace(
         recording,
@@ -177,6 +180,17 @@ def _check_unit(time: FloatArray, rate: FloatArray, where: str) -> None:
         raise RecordingError(
             f"{where}: the gyroscope never turns faster than {np.degrees(fastest):.2g} deg/s, yet "
             "as regularly as a walk; rad/s in a column of deg/s?"
+        )
+
+
+def _check_minutes(time: FloatArray, rate: FloatArray, where: str) -> None:
+    """Refuse a walk that is sixty times too fast."""
+    interval = float(np.median(np.diff(time)))
+    fast = interval < _FAST_S and np.isfinite(rate).all(axis=1).sum() > 0.9 * len(rate)
+    if fast and _strides(np.nan_to_num(rate - np.nanmedian(rate, axis=0)), 60.0 * interval):
+        raise RecordingError(
+            f"{where}: the segment swings as in a walk, but sixty times as fast, at "
+            f"{1.0 / interval:.4g} Hz; are the times in minutes?"
         )
 
 

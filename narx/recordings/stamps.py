@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from narx.errors import RecordingError, UserError
-from narx.types import FloatArray, IntArray
+from narx.types import BoolArray, FloatArray, IntArray
 
 # a lower rate does not resolve a stride; no inertial sensor has a higher rate
 MIN_RATE_HZ, MAX_RATE_HZ = 5.0, 20_000.0
@@ -32,6 +32,7 @@ _SAME_S, _MAX_TIME_S = 1e-9, 1e24
 # a longer pause between packets is not lost samples of one clock
 _MAX_PERIODS = 1e9
 _UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
+_LONG_UNITS = {60.0: "minutes", 3600.0: "hours", 86400.0: "days"}
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,12 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     time = time_s[rows]
     _check_rate(time, where)
     order = np.argsort(time, kind="stable")
+    twice = _twice(time[order], values[rows][order])
+    if twice.any() and _is_regular(time[order][~twice]):
+        # rows sent or logged again
+        once = order[~twice]
+        notes.append(f"{twice.sum()} rows that occur twice left out")
+        return SamplingTimes(time[once], rows[once], tuple(notes))
     if (np.diff(time) < 0).any() and _is_regular(time[order]):
         moved = int((order != np.arange(len(order))).sum())
         notes.append(f"{moved} rows were out of order and are put in the order of their times")
@@ -168,6 +175,12 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     return SamplingTimes(time, rows, tuple(notes))
 
 
+def _twice(time: FloatArray, values: FloatArray) -> BoolArray:
+    """Rows with the same stamp and values as the previous one, in the order of the stamps."""
+    same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    return np.r_[False, (np.diff(time) == 0) & same.all(axis=1)]
+
+
 def _check_rate(time: FloatArray, where: str) -> None:
     steps = np.diff(time)
     forward = steps[steps > 0]
@@ -186,9 +199,13 @@ def _check_rate(time: FloatArray, where: str) -> None:
         )
     mean = float(forward.sum() / len(steps))
     if mean < 1.0 / MAX_RATE_HZ:
+        likely = [
+            name for factor, name in _LONG_UNITS.items() if MIN_RATE_HZ < 1 / (mean * factor) < 1000
+        ]
         raise RecordingError(
-            f"{where}: time_s steps by {mean:g} s ({1 / mean:.3g} Hz), expected s, at "
-            f"{MAX_RATE_HZ:g} Hz or less"
+            f"{where}: time_s steps by {mean:g} s ({1 / mean:.3g} Hz); "
+            + (f"{likely[0]}? " if likely else "")
+            + f"Expected s, at {MAX_RATE_HZ:g} Hz or less"
         )
 
 

@@ -195,3 +195,32 @@ def test_a_zip_that_unpacks_to_more_than_the_limit_is_refused(tmp_path, monkeypa
     monkeypatch.undo()
     with pytest.raises(RecordingError, match=r"no header line|no data|no column|no gyroscope"):
         read_recording(tmp_path / "bomb.zip")
+
+
+@pytest.mark.parametrize(
+    ("about", "sign"),
+    [
+        ("platform,standardisation\nios,false\n", -1),
+        ("platform\niOS\n", -1),
+        ("platform,standardisation\nios,true\n", 1),
+        ("platform,standardisation\nandroid,false\n", 1),
+        (None, 1),
+    ],
+)
+def test_sensor_logger_on_ios_has_the_opposite_sign(tmp_path, walk, text_of, about, sign):
+    path = tmp_path / "export"
+    path.mkdir()
+    for name, values in (
+        ("Gyroscope.csv", walk.gyroscope_rad_s),
+        ("TotalAcceleration.csv", walk.accelerometer_m_s2),
+    ):
+        columns = {"seconds_elapsed": walk.time_s} | dict(zip("xyz", values.T, strict=True))
+        (path / name).write_text(text_of(columns))
+    if about is not None:
+        (path / "Metadata.csv").write_text(about)
+    recording = read_recording(path)
+    np.testing.assert_allclose(
+        recording.accelerometer_m_s2, sign * walk.accelerometer_m_s2, atol=1e-5
+    )
+    changed = "accelerometer's sign changed, according to Metadata.csv" in recording.notes
+    assert changed == (sign < 0)

@@ -1,9 +1,11 @@
 """The same numbers from every dialect of CSV that devices and spreadsheets write."""
 
+import gzip
 import os
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from narx.datasets.csv_recording import read_recording
@@ -77,6 +79,14 @@ DIALECTS = {
     "header behind a comment sign": lambda plain, text: b"# " + plain.encode(),
     "blanks after commas": lambda plain, text: plain.replace(",", ", ").encode(),
     "blank lines": lambda plain, text: plain.replace("\n", "\n\n").encode(),
+    "units in brackets in the names": lambda plain, text: (
+        plain.replace("_rad_s", " (rad/s)").replace("_m_s2", " [m/s^2]").encode()
+    ),
+    "units only in their row": lambda plain, text: _after_header(
+        plain.replace("_rad_s", "").replace("_m_s2", "").replace("time_s", "time"), UNITS
+    ).encode(),
+    "comment below": lambda plain, text: plain.encode() + b"# end\n",
+    "remarks below": lambda plain, text: plain.encode() + b"End of recording\nSamples: 20\n",
     "upper case": lambda plain, text: plain.replace("gyro", "GYRO").encode(),
     "Latin-1 comment": lambda plain, text: "# Läufer in °/s\n".encode("latin-1") + plain.encode(),
 }
@@ -95,7 +105,9 @@ def test_every_dialect_gives_the_same_numbers(tmp_path, walk, text_of, dialect):
     np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-5)
 
 
-@pytest.mark.parametrize("word", ["", "NA", "N/A", "NaN", "nan", "null", "NULL", "-", "#N/A", "?"])
+@pytest.mark.parametrize(
+    "word", ["", "NA", "N/A", "NaN", "nan", "null", "NULL", "-", "#N/A", "?", "N.A.", "---"]
+)
 def test_words_for_a_missing_value(tmp_path, walk, text_of, word):
     path = tmp_path / "walk.csv"
     text = _lines(text_of(walk.columns()))
@@ -191,4 +203,40 @@ def test_calendar_times(tmp_path, walk, text_of):
     assert re.match("times count from 2026-05-01T23:59:58", recording.notes[0])
     path.write_text(text_of(columns).replace(":59.000000Z", ":99Z", 1))
     with pytest.raises(RecordingError, match="expected a date and time"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize("form", ["%H:%M:%S.%f", "%d.%m.%Y %H:%M:%S.%f", "%m/%d/%Y %I:%M:%S.%f %p"])
+def test_times_of_day_pass_midnight(tmp_path, walk, text_of, form):
+    path = tmp_path / "walk.csv"
+    begin = pd.Timestamp("2026-05-01T23:59:58")
+    stamps = begin + pd.to_timedelta(walk.time_s, unit="s").round("us")
+    path.write_text(text_of(walk.columns() | {"time_s": stamps.strftime(form)}))
+    np.testing.assert_allclose(read_recording(path).time_s, walk.time_s, atol=1e-6)
+    # the date changes although the time of day goes on
+    later = stamps + pd.to_timedelta(np.where(walk.time_s > 3.0, 86_400.0, 0.0), unit="s")
+    if form != "%H:%M:%S.%f":
+        path.write_text(text_of(walk.columns() | {"time_s": later.strftime(form)}))
+        with pytest.raises(RecordingError, match="expected a date and time"):
+            read_recording(path)
+
+
+def test_numbers_in_a_column_of_time_need_a_unit(tmp_path, walk, text_of):
+    path = tmp_path / "walk.csv"
+    path.write_text(text_of(walk.columns()).replace("time_s", "time"))
+    with pytest.raises(RecordingError, match="column time has numbers without a unit"):
+        read_recording(path)
+
+
+def test_compressed_text(tmp_path, walk, text_of, monkeypatch):
+    path = tmp_path / "walk.csv.gz"
+    packed = gzip.compress(text_of(walk.columns()).encode())
+    path.write_bytes(packed)
+    np.testing.assert_allclose(read_recording(path).time_s, walk.time_s, atol=1e-5)
+    path.write_bytes(packed[:-20])
+    with pytest.raises(RecordingError, match=r"walk\.csv\.gz: not a whole gzip file"):
+        read_recording(path)
+    path.write_bytes(gzip.compress(bytes(3 * 2**20)))
+    monkeypatch.setenv("NARX_MAX_MEMORY_MIB", "2")
+    with pytest.raises(RecordingError, match="MiB"):
         read_recording(path)

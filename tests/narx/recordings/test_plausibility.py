@@ -33,6 +33,9 @@ def test_a_walk_passes_unchanged(walk):
         (lambda w: {"time_s": w.time_s + 1e7 * (w.time_s > 10)}, "1e.07 s without a sample after"),
         (lambda w: {"time_s": w.time_s + 1e9 * (w.time_s > 10)}, "1e.09 s without a sample after"),
         (lambda w: {"time_s": 1000 * w.time_s}, "milliseconds"),
+        (lambda w: {"time_s": w.time_s / 60.0}, "are the times in minutes"),
+        (lambda w: {"time_s": w.time_s / 3600.0}, "hours"),
+        (lambda w: {"time_s": w.time_s / 86400.0}, "days"),
     ],
 )
 def test_implausible_leg_motion_is_refused(walk, change, message):

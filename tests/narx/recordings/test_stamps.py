@@ -107,3 +107,16 @@ def test_impossible_rates_are_refused(value):
 def test_an_interval_given_as_rate_is_pointed_out():
     with pytest.raises(UserError, match=r"50 Hz, if it is the interval in s$"):
         checked_rate_hz(0.02, "rate")
+
+
+@pytest.mark.parametrize("rows", [
+    lambda n: np.sort(np.r_[np.arange(n), RNG.choice(n, n // 10)]),
+    lambda n: np.r_[np.arange(700), np.arange(650, n)],
+])  # fmt: skip
+def test_rows_that_occur_twice_are_left_out(device_walk, rows):
+    walk = device_walk(50.0, 30.0)
+    chosen = rows(len(walk.time_s))
+    found = sampling_times(walk.time_s[chosen], walk.gyroscope_rad_s[chosen], "w")
+    np.testing.assert_array_equal(found.time_s, walk.time_s)
+    np.testing.assert_array_equal(walk.gyroscope_rad_s[chosen][found.rows], walk.gyroscope_rad_s)
+    assert "rows that occur twice left out" in found.notes[-1]

@@ -1,0 +1,64 @@
+"""HDF5 files of APDM in both public layouts: the sensor by its label, times from microseconds."""
+
+import h5py
+import numpy as np
+import pytest
+
+from narx.datasets.csv_recording import read_recording
+from narx.errors import RecordingError
+
+LABELS = ("Right Upper Leg", "Left Lower Leg")
+
+
+@pytest.fixture(scope="module")
+def walk(device_walk):
+    return device_walk(128.0, 6.0)
+
+
+def _write(path, walk, layout, labels=LABELS):
+    counts = (walk.time_s * 1e6).round().astype(np.uint64) + np.uint64(1_700_000_000_000_000)
+    with h5py.File(path, "w") as file:
+        if layout == 4:
+            cases = [f"SI-00000{k}" for k in range(len(labels))]
+            file.attrs["CaseIdList"] = [case.encode() for case in cases]
+            file.attrs["MonitorLabelList"] = [f"{label}\0  ".encode() for label in labels]
+        for k in range(len(labels)):
+            group = file.create_group(cases[k] if layout == 4 else f"Sensors/{k + 100}")
+            names = ("Gyroscope", "Accelerometer")
+            if layout == 4:
+                names = ("Calibrated/Gyroscopes", "Calibrated/Accelerometers")
+            else:
+                group.create_group("Configuration").attrs["Label 0"] = labels[k].encode()
+            group["Time"] = counts
+            group[names[0]] = walk.gyroscope_rad_s * (k + 1)
+            group[names[1]] = walk.accelerometer_m_s2
+    return path
+
+
+@pytest.mark.parametrize("layout", [4, 5])
+def test_the_sensor_of_a_segment_is_found_by_its_label(tmp_path, walk, layout):
+    path = _write(tmp_path / "walk.h5", walk, layout)
+    for factor, segment in ((1, "thigh_right"), (2, "shank_left")):
+        read = read_recording(path, segment)
+        np.testing.assert_allclose(read.time_s, walk.time_s, atol=1e-6)
+        np.testing.assert_array_equal(read.gyroscope_rad_s, factor * walk.gyroscope_rad_s)
+        np.testing.assert_array_equal(read.accelerometer_m_s2, walk.accelerometer_m_s2)
+    assert "APDM: sensor 'Left Lower Leg'" in read.notes
+    with pytest.raises(RecordingError, match="0 sensors for 'pelvis', expected one; labels: 'Rig"):
+        read_recording(path, "pelvis")
+
+
+def test_a_single_sensor_needs_no_label(tmp_path, walk):
+    path = _write(tmp_path / "walk.h5", walk, 5, labels=("Lumbar",))
+    assert read_recording(path).n_samples == len(walk.time_s)
+
+
+def test_damage_is_one_line(tmp_path, walk):
+    path = _write(tmp_path / "walk.h5", walk, 5)
+    path.write_bytes(path.read_bytes()[:4000])
+    with pytest.raises(RecordingError, match=r"walk\.h5: not a whole HDF5 file of APDM"):
+        read_recording(path, "thigh_right")
+    with h5py.File(path, "w") as file:
+        file["a"] = [1.0]
+    with pytest.raises(RecordingError, match=r"walk\.h5: not a whole HDF5 file of APDM"):
+        read_recording(path, "thigh_right")
