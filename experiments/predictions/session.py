@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from omegaconf import DictConfig, ListConfig
 
-from narx.datasets import apdm_file
+from narx.datasets.apdm_file import SUFFIXES as APDM_SUFFIXES
 from narx.datasets.csv_recording import read_recording
 from narx.errors import UserError
 from narx.experiments.predictions.angle_files import check_suffix, write_angles
@@ -159,7 +159,7 @@ def session_files(value: DictConfig) -> dict[str, Path]:
     """
     files: dict[str, Path] = {}
     for segment, path in value.items():
-        several = Path(str(path)).suffix.lower() in apdm_file.SUFFIXES
+        several = Path(str(path)).suffix.lower() in APDM_SUFFIXES
         if Path(str(path)) in files.values() and not several:
             raise UserError(f"input: '{path!s}' is given for two segments")
         files[str(segment)] = Path(str(path))

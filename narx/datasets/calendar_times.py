@@ -10,7 +10,7 @@ from narx.types import FloatArray
 
 _DAY_S = 86_400.0
 _TIME_OF_DAY = re.compile(
-    r"(?<!\d)(\d{1,2}):(\d{2}):(\d{2}(?:[.,:]\d+)?)\s*([AaPp]\.?[Mm]\.?)?(?![\d:])"
+    r"(?<!\d)([01]?\d|2[0-3]):([0-5]\d):([0-5]\d(?:[.,:]\d+)?)\s*([AaPp]\.?[Mm]\.?)?(?![\d:])"
 )
 
 
@@ -35,8 +35,7 @@ def seconds_of(cells: Sequence[str]) -> FloatArray:
     than a day is therefore not converted (NaN).
     """
     stamps = pd.to_datetime(pd.Series(cells), format="ISO8601", utc=True, errors="coerce")
-    dated = all(re.match(r"\s*\d{4}", cell) for cell in cells[:1])
-    if dated and stamps.notna().all():
+    if re.match(r"\s*\d{4}", cells[0]) and stamps.notna().iloc[0]:
         return np.asarray((stamps - stamps.iloc[0]).dt.total_seconds(), dtype=np.float64)
     of_day = np.full(len(cells), np.nan)
     dates = []

@@ -25,7 +25,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from narx.datasets import apdm_file
+from narx.datasets.apdm_file import SUFFIXES as APDM_SUFFIXES
+from narx.datasets.apdm_file import read_apdm
 from narx.datasets.array_table import read_mat_table, read_parquet
 from narx.datasets.bundle import read_bundle
 from narx.datasets.layout import AXES, Layout
@@ -48,7 +49,8 @@ def read_recording(
     ----------
     path : path-like
         Text in any dialect of CSV, also compressed (``.csv.gz``); Parquet (``.parquet``); MATLAB 5
-        with named arrays (``.mat``); HDF5 of APDM (``.h5``, the sensor labelled as the segment); a zip or folder of a phone app, with one file per sensor.
+        with named arrays (``.mat``); HDF5 of APDM (``.h5``), of which the sensor labelled as the
+        segment is read; a zip or folder of a phone app, with one file per sensor.
     segment : str
         Segment that carries the sensor, such as ``thigh_right``.
     layout : Layout, optional
@@ -70,8 +72,8 @@ def read_recording(
     file = Path(path)
     if file.suffix.lower() == ".zip" or is_bundle(file):
         return read_bundle(file, segment)
-    if file.suffix.lower() in apdm_file.SUFFIXES:
-        return recording_from(apdm_file.read_apdm(file, segment), layout, segment)
+    if file.suffix.lower() in APDM_SUFFIXES:
+        return recording_from(read_apdm(file, segment), layout, segment)
     return recording_from(open_table(file), layout, segment)
 
 

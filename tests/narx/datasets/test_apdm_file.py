@@ -21,7 +21,7 @@ def _write(path, walk, layout, labels=LABELS):
         if layout == 4:
             cases = [f"SI-00000{k}" for k in range(len(labels))]
             file.attrs["CaseIdList"] = [case.encode() for case in cases]
-            file.attrs["MonitorLabelList"] = [f"{label}\0  ".encode() for label in labels]
+            file.attrs["MonitorLabelList"] = [f"{label}  ".encode() for label in labels]
         for k in range(len(labels)):
             group = file.create_group(cases[k] if layout == 4 else f"Sensors/{k + 100}")
             names = ("Gyroscope", "Accelerometer")

@@ -69,7 +69,7 @@ def test_the_accelerometer_is_optional_and_order_does_not_matter(written):
         (_table().drop(columns="time_s"), "no column 'time_s'"),
         (_table().drop(columns="gyroscope_y_rad_s"), "no column 'gyroscope_y_rad_s' beside"),
         (_table("furlong"), "no column 'gyroscope_x_rad_s or gyroscope_x_deg_s'"),
-        (_table(accelerometer="cm_s2"), "no column 'accelerometer_x_m_s2 or accelerometer_x_g'"),
+        (_table(accelerometer="ft_s2"), "no column 'accelerometer_x_m_s2 or accelerometer_x_g'"),
         (_table().assign(time_s=[0, 0.1, 0.1, 0.2, 0.3]), "does not increase at data row 3"),
         (_table().assign(gyroscope_x_rad_s="fast"), "line 2, column gyroscope_x_rad_s"),
         (_table().to_csv(index=False)[:-9], "cut off"),
