@@ -67,7 +67,7 @@ def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArra
     Raises
     ------
     RecordingError
-        If the field is missing, not numeric, or has a number beyond 1e100.
+        If the field is missing, not numeric, or has a number beyond 1e100 or infinity.
     """
     first, *rest = name.split(".")
     if first not in variables:
@@ -82,7 +82,7 @@ def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArra
         numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise RecordingError(f"{path}: field '{name}' is not numeric") from None
-    largest = np.max(np.abs(numbers), where=np.isfinite(numbers), initial=0.0)
+    largest = np.max(np.abs(numbers), where=~np.isnan(numbers), initial=0.0)
     if largest > _LARGEST:
         raise RecordingError(
             f"{path}: field '{name}' has a number of size {largest:.0e} (damaged?), expected at "

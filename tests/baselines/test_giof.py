@@ -2,8 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter
 
-from narx.baselines.giof import Giof
+from narx.baselines.giof import Giof, _Biquad
 from narx.errors import MethodNotApplicableError, UserError
 from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
@@ -102,6 +103,37 @@ def test_a_window_that_is_no_whole_number_of_strides_stretches_the_angle(motion)
     # updates from the accelerometer pull a little back
     assert gain(1.5) == pytest.approx(noise_window - np.sinc(0.9 * 1.5), abs=0.03)
     assert gain(None) == pytest.approx(1.0, abs=0.02)
+
+
+def test_the_average_covers_two_strides(motion):
+    """With two strides even a change of every second stride averages to nothing."""
+    walk = motion("walking", duration_s=40.0)
+    alternating = 0.3 * np.sin(np.pi * 0.9 * walk.time_s)  # rad/s, half the stride frequency
+    rates = walk.signals.axis_rates_rad_s + alternating[:, None]
+    limping = replace(walk.signals, axis_rates_rad_s=rates)
+    free, two = (
+        Giof(offset_window_s=w, axes=["sagittal"], eta_m_s2=1e-9).estimate(limping)[1500:2500, 0]
+        for w in (None, 2.0 / 0.9)
+    )
+    assert np.rad2deg(np.abs(free - free.mean() - two + two.mean()).max()) < 0.5
+
+
+def test_without_strides_the_window_is_that_of_the_papers():
+    rates = np.tile(np.linspace(0.0, 1.0, 1000)[:, None], 3)
+    signals = SegmentSignals("thigh_right", 100.0, rates, np.zeros((1000, 3)))
+    np.testing.assert_array_equal(
+        Giof(offset_window_s=None).estimate(signals), Giof(offset_window_s=1.5).estimate(signals)
+    )
+
+
+def test_sample_by_sample_the_low_pass_begins_in_its_steady_state():
+    rates = np.tile(np.deg2rad([20.0, -10.0, 3.0]), (50, 1))
+    signals = SegmentSignals("thigh_right", 100.0, rates, np.tile([0, 0, 1.0], (50, 1)))
+    angles = Giof("real_time").estimate(signals)
+    # a constant rate passes a low pass unchanged from the first sample on
+    np.testing.assert_allclose(angles[-1, :2], rates[0, :2] * 0.49, atol=1e-12)
+    one_by_one = _Biquad(*butter(2, 10.0, fs=100.0))
+    np.testing.assert_allclose([one_by_one(0.3) for _ in range(50)], 0.3, atol=1e-12)
 
 
 def test_real_time_subtracts_the_static_offset():

@@ -5,6 +5,8 @@ from scipy.signal import lfilter
 from narx import baselines
 from narx.baselines.heading import Heading
 from narx.errors import MethodNotApplicableError, UserError
+from narx.method import SegmentSignals
+from narx.recordings.trial import GRAVITY_M_S2
 
 METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
 WITH_HEADING = ("complementary_filter", "giof", "madgwick", "mahony", "vqf")
@@ -46,6 +48,26 @@ def test_without_a_heading_the_gyroscope_gives_it(motion):
     )
     fast = made(name, coupled=True, heading="leak", heading_leak_rad_s=1.0)
     assert np.abs(fast.estimate(turn.signals)[-500:, 2]).max() < np.deg2rad(10.0)
+
+
+def test_a_leak_begins_at_the_known_heading():
+    """A heading that is known at the first sample decays from there: no step, no other start."""
+    still = SegmentSignals(
+        "thigh_right", 100.0, np.zeros((300, 3)), np.tile([0.0, 0.0, GRAVITY_M_S2], (300, 1)),
+        np.array([0.0, 0.0, 0.4]),
+    )  # fmt: skip
+    leaked = made("madgwick", heading="leak", heading_leak_rad_s=2.0).estimate(still)[:, 2]
+    # backward Euler of heading' = -leak heading, of which the first sample is a step already
+    np.testing.assert_allclose(leaked, 0.4 / 1.02 ** np.arange(1, 301), atol=1e-12)
+
+
+def test_the_heading_is_integrated_by_the_trapezoidal_rule():
+    rates = np.zeros((3, 3))
+    rates[:, 2] = [0.0, 1.0, 3.0]
+    force = np.tile([0.0, 0.0, GRAVITY_M_S2], (3, 1))
+    signals = SegmentSignals("thigh_right", 10.0, rates, force)
+    method = made("complementary_filter", coupled=True, heading="leak", heading_leak_rad_s=1e-9)
+    np.testing.assert_allclose(method.estimate(signals)[:, 2], [0.0, 0.05, 0.25], atol=1e-8)
 
 
 def test_a_start_up_gives_the_posture_of_the_heading(motion):

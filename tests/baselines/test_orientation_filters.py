@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import narx.baselines.parameters
 from narx import baselines
+from narx.baselines.orientation_filter import AnglesOneByOne
 from narx.errors import MethodNotApplicableError, UserError
 from narx.kinematics.segment_angles import angles_from_orientation, axis_rates, gyroscope_xyz
 
@@ -99,6 +101,14 @@ def test_the_true_angles_come_out(motion, name):
     assert np.abs(error[:, :2]).max() < 1.5
     # half a turn of heading is followed, not lost
     assert np.abs(error[:, 2]).max() < 5.0
+
+
+def test_one_by_one_the_heading_is_continuous_beyond_half_a_turn():
+    heading_rad = 0.1 * np.arange(200)  # three turns
+    turn = Rotation.from_euler("Z", heading_rad[:, None]).as_quat(scalar_first=True)
+    angles_of = AnglesOneByOne(np.array([0.0, 0.0, 0.3]))
+    found = [angles_of(quaternion)[2] for quaternion in turn]
+    np.testing.assert_allclose(found, 0.3 + heading_rad, atol=1e-9)
 
 
 def test_a_missing_library_is_one_clear_line(monkeypatch):

@@ -43,6 +43,16 @@ def test_a_constant_bias_is_taken_off_as_a_line(walk):
     np.testing.assert_allclose(drift[middle], expected[middle], atol=1e-9)
 
 
+def test_a_drift_beyond_half_a_turn_is_taken_off_whole(walk):
+    """The error after the walk, 0.2 rad/s times 16 s, is known only up to whole turns."""
+    bias = np.array([0.2, 0.0, 0.0])
+    biased = replace(walk.signals, axis_rates_rad_s=walk.signals.axis_rates_rad_s + bias)
+    method = TwoPoint(4.0, 16.0)
+    drift = method.parts(biased).drift_rad - method.parts(walk.signals).drift_rad
+    expected = np.arange(400, 1601) * 0.01 * 0.2
+    assert np.abs(drift[400:1601, 0] - expected).max() < 0.2 * 0.31
+
+
 def test_it_is_better_than_plain_integration_on_every_axis(walk):
     bias = np.deg2rad([0.4, -0.3, 0.5])
     biased = replace(walk.signals, axis_rates_rad_s=walk.signals.axis_rates_rad_s + bias)

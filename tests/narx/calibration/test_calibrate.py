@@ -1,5 +1,7 @@
 """Calibration recovers a known mounting from movements, on both sides, without a reference."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -275,6 +277,18 @@ def test_what_cannot_be_calibrated_is_refused_in_one_line():
     )
     with pytest.raises(RecordingError, match="deg away from the neutral posture"):
         calibrate(lazy)
+    whole, _ = _trial("thigh_right", Rotation.identity())
+    lift = whole.calibration["hip_abduction_right"]["thigh_right"]
+    bias = standing.gyroscope_rad_s.mean(axis=0)
+    for share, enough in ((0.1, False), (0.4, True)):  # of 30 deg, less than half on average
+        smaller = replace(lift, gyroscope_rad_s=bias + share * (lift.gyroscope_rad_s - bias))
+        weak = {"standing": {"thigh_right": standing},
+                "hip_abduction_right": {"thigh_right": smaller}}  # fmt: skip
+        if enough:
+            calibrate(replace(whole, calibration=weak), "functional")
+            continue
+        with pytest.raises(RecordingError, match=r"leads -?1\.\d deg away"):
+            calibrate(replace(whole, calibration=weak), "functional")
     in_g = ImuRecording(
         "thigh_right",
         standing.time_s,

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import LEG_HEADING_SD_DEG, calibrate
-from narx.calibration.knee import ABDUCTION_DEG, knee_headings
+from narx.calibration.knee import ABDUCTION_DEG, _integrated, knee_headings
 from narx.calibration.walking import HEADING_SD_DEG
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.kinematics.joint_angles import orientation_from_joint_angles
@@ -44,6 +44,14 @@ def _faced(orientation, error_deg):
     """Axis rates of a segment whose frame is rotated by an angle about z."""
     turn = Rotation.from_euler("Z", -error_deg, degrees=True)
     return axis_rates(turn.apply(_rates(orientation)))
+
+
+def test_a_rate_that_rises_is_integrated_by_its_mean_between_samples():
+    """From rest at 2 rad/s^2 about one axis for 1 s: exactly 1 rad, not 0.98 or 1.02."""
+    rates = np.zeros((51, 3))
+    rates[:, 0] = 2.0 * np.arange(51) / 50.0
+    turned = _integrated(rates, 50.0)
+    assert (turned[0].inv() * turned[-1]).magnitude() == pytest.approx(1.0, abs=1e-9)
 
 
 @settings(max_examples=8, deadline=None)

@@ -86,11 +86,12 @@ def test_variables_nested_without_end_are_refused(tmp_path):
         read_mat(path)
 
 
-def test_an_exponent_that_was_hit_is_refused(tmp_path):
+@pytest.mark.parametrize("number", [1e200, -1e200, np.inf, -np.inf])
+def test_an_exponent_that_was_hit_is_refused(tmp_path, number):
     path = tmp_path / "made.mat"
-    scipy.io.savemat(path, {"rate": [1.0, 1e200, np.nan, np.inf]})
+    scipy.io.savemat(path, {"rate": [1.0, number, np.nan]})
     with pytest.raises(
-        RecordingError, match=r"made.mat: field 'rate' has a number of size 1e\+200"
+        RecordingError, match=r"made.mat: field 'rate' has a number of size (1e\+200|inf)"
     ):
         numeric_field(path, read_mat(path), "rate")
 

@@ -137,6 +137,30 @@ def test_an_interval_in_which_a_frame_is_lost_does_not_count(motion):
         estimate_clock_offset(imu_time, motion[2](imu_time), optical_time[rows], quaternion[rows])
 
 
+def test_the_residual_is_a_root_mean_square_per_axis(motion):
+    """An error of 0.1 rad/s on one axis of three is 0.1 / sqrt(3) per axis."""
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    error = 0.1 * np.sign(np.sin(np.pi * imu_time))
+    optical_time, quaternion = _optical(motion, 100.0)
+    fit = estimate_misalignment(
+        imu_time, motion[2](imu_time) + np.outer(error, [1, 0, 0]), optical_time, quaternion
+    )
+    assert fit.residual_rad_s == pytest.approx(0.1 / np.sqrt(3), rel=0.05)
+
+
+def test_a_part_with_another_rate_is_left_out(motion):
+    """A twentieth of the samples is off by 1.5 rad/s, thirty times the noise."""
+    noise = np.random.default_rng(1).normal(scale=0.05, size=(1850, 3))
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    wrong = imu_time % 2.0 < 0.1
+    optical_time, quaternion = _optical(motion, 100.0)
+    gyroscope = motion[2](imu_time) + noise + 1.5 * wrong[:, None]
+    fit = estimate_misalignment(imu_time, gyroscope, optical_time, quaternion)
+    # with them the offset is 0.075 rad/s
+    assert np.abs(fit.rate_offset_rad_s).max() < 0.02
+    assert fit.inlier_share == pytest.approx(0.95, abs=0.02)
+
+
 def test_the_residual_is_per_axis(motion):
     noise = np.random.default_rng(0).normal(size=(1850, 3))
     imu_time = np.arange(0.5, 19.0, 1 / 100.0)
