@@ -217,7 +217,8 @@ def tracked_poses(
             f"'{segment}': the reference's time does not increase at its sample {k + 2} "
             f"({time_s[k]:g} s, then {time_s[k + 1]:g} s)"
         )
-    length = np.linalg.norm(body_wxyz, axis=1)
+    with np.errstate(over="ignore"):  # an infinite length is refused below
+        length = np.linalg.norm(body_wxyz, axis=1)
     lost = length < _LOST_POSE
     wrong = np.flatnonzero(~lost & (np.abs(length - 1.0) > _UNIT_TOLERANCE))
     if wrong.size:

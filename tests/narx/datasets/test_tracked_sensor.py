@@ -11,7 +11,13 @@ from scipy.spatial.transform import Rotation
 from narx.calibration.calibrate import calibrate
 from narx.datasets.broad import Broad
 from narx.datasets.joint_1to3dof import Joint1To3Dof
-from narx.datasets.tracked_sensor import RawSensor, align_sensors, turn_frame, without_spikes
+from narx.datasets.tracked_sensor import (
+    RawSensor,
+    align_sensors,
+    tracked_poses,
+    turn_frame,
+    without_spikes,
+)
 from narx.errors import RecordingError
 from narx.kinematics.joint_angles import grood_suntay
 
@@ -138,6 +144,13 @@ def test_a_gyroscope_without_a_sample_is_refused(tmp_path):
     save_broad(tmp_path / "99_lost.mat", imu_gyr=np.full_like(gyroscope, np.nan))
     with pytest.raises(RecordingError, match=r"99_lost.mat: 'imu': no sample of the gyroscope"):
         Broad(root=tmp_path).load("device", "lost", "99")
+
+
+def test_a_quaternion_whose_length_overflows_is_refused():
+    body = np.tile([1.0, 0.0, 0.0, 0.0], (5, 1))
+    body[2, 0] = 1e300
+    with pytest.raises(RecordingError, match=r"'imu': .* sample 3 has length inf, expected a unit"):
+        tracked_poses("imu", np.arange(5.0), body)
 
 
 def test_broad_file_scores_the_movement(tmp_path):
