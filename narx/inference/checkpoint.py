@@ -16,6 +16,7 @@ from narx.inference.narx_method import AxisScaling, NarxMethod
 from narx.inference.start_up import StartUp
 from narx.inference.tracked_method import TrackedNarxMethod
 from narx.inference.tracker import PostureTracker
+from narx.inference.tracking import Tracking
 from narx.inference.washout import WASHOUT_S
 from narx.network.model import Narx
 from narx.network.structure import NarxStructure
@@ -120,6 +121,8 @@ class Checkpoint:
         if not isinstance(self.history, dict):
             raise UserError(f"history is a {type(self.history).__name__}, expected a dictionary")
         self.method()
+        if self.tracker is not None:
+            Tracking(self.tracker, model, None)
 
 
 def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:

@@ -48,6 +48,8 @@ _SWING_TIME_S, _SPAN_TIME_S, _SPAN_SHARE = 0.2, 0.6, 0.2
 _OUTLIER = 9.0
 # after this number of good swings, an outlier indicates a new posture rather than a wrong angle
 _EARLY_SWINGS = 5.0
+# no parameter is outside this range, which keeps squares and quotients finite
+_SMALLEST, _LARGEST = 1e-9, 1e6
 # rest: over half a second, the rate varies by less than 1.5 deg/s
 _REST_TIME_S, _REST_RAD_S = 0.5, math.radians(1.5)
 
@@ -107,7 +109,7 @@ class PostureTracker:
     Raises
     ------
     UserError
-        If a value is not a positive number.
+        If a value is not a number from 1e-9 to 1e6.
     """
 
     angle_noise_deg: float = 0.15
@@ -150,7 +152,8 @@ class PostureTracker:
             if len(values) != (3 if several else 1) or not all(map(_is_positive, values)):
                 expected = "three numbers" if several else "a number"
                 raise UserError(
-                    f"tracker.{field.name} is {value!r}, expected {expected} above zero"
+                    f"tracker.{field.name} is {value!r}, "
+                    f"expected {expected} above zero (1e-9 to 1e6)"
                 )
             if several:
                 object.__setattr__(self, field.name, values)
@@ -213,7 +216,7 @@ class PostureTracker:
 
 def _is_positive(value: object) -> bool:
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and math.isfinite(value) and value > 0  # type: ignore[arg-type, operator]
+    return number and _SMALLEST <= value <= _LARGEST  # type: ignore[operator]
 
 
 @dataclass(frozen=True)

@@ -272,6 +272,7 @@ def test_a_checkpoint_keeps_its_tracker(tmp_path):
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
+        ({"forward_sd_m_s": 1e300}, r"forward_sd_m_s is 1e\+300, .* above zero \(1e-9 to 1e6\)"),
         ({"idle_s": 0.0}, r"tracker\.idle_s is 0\.0, expected a number above zero"),
         ({"bias_sd_deg_s": "much"}, r"tracker\.bias_sd_deg_s is 'much'"),
         ({"speed_m_s": float("nan")}, r"tracker\.speed_m_s is nan"),
