@@ -5,10 +5,13 @@ from numpy.typing import NDArray
 
 from narx.errors import RecordingError
 from narx.inference.narx_method import NarxMethod
-from narx.kernels.clock import ARRIVED, MISSING, STARTING
+from narx.kernels.clock import ARRIVED, MISSING
 from narx.recordings.consistency import contradiction, fit_rotation, is_certain
 from narx.recordings.trial import ImuRecording
 from narx.types import BoolArray, FloatArray
+
+# about three strides
+_SETTLED_S = 3.0
 
 
 def check_consistency(
@@ -87,8 +90,10 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     return notes
 
 
-def start_up_note(method: NarxMethod, quality: NDArray[np.int8]) -> list[str]:
-    """Report if the network never took over from the start-up.
+def start_up_note(
+    method: NarxMethod, quality: NDArray[np.int8], sampling_rate_hz: float
+) -> list[str]:
+    """Report if the network never took over from the start-up, or had no time to settle.
 
     Parameters
     ----------
@@ -96,15 +101,24 @@ def start_up_note(method: NarxMethod, quality: NDArray[np.int8]) -> list[str]:
         Trained network.
     quality : ndarray of int8, shape (N,)
         From its `run`.
+    sampling_rate_hz : float
+        Samples per second.
 
     Returns
     -------
     list of str
-        A note if all samples belong to the start-up, otherwise empty.
+        A note if all samples belong to the start-up, or the network ran for less than three
+        seconds; otherwise empty.
     """
     there = quality[quality != MISSING]
-    if not (there == STARTING).any() or (there == ARRIVED).any():
+    by_network_s = float((there == ARRIVED).sum()) / sampling_rate_hz
+    if not there.size or by_network_s >= _SETTLED_S:
         return []
+    if by_network_s > 0:
+        return [
+            f"too short: the network takes over {method.takes_over}, and ran for "
+            f"{by_network_s:.2g} s; the angles have not settled"
+        ]
     return [
         f"the network takes over {method.takes_over}, which this recording does not have: all "
         "angles are the start-up's"

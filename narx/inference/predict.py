@@ -185,7 +185,7 @@ def predict(
         # a spline overshoots at a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)
-    more += start_up_note(method, found.quality)
+    more += start_up_note(method, found.quality, rate_hz)
     return Prediction(
         recording.time_s,
         conversion.to_samples(found.angles_rad, there),

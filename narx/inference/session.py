@@ -169,7 +169,10 @@ def predict_session(
         )
         found = method.run(calibrated.signals)
         quality[segment] = found.quality
-        notes += [f"{segment}: {note}" for note in start_up_note(method, quality[segment])]
+        notes += [
+            f"{segment}: {note}"
+            for note in start_up_note(method, found.quality, trial.sampling_rate_hz)
+        ]
         angles[segment] = found.angles_rad
         if found.std_rad is not None:
             std[segment] = found.std_rad

@@ -132,6 +132,9 @@ def test_a_walk_too_short_for_the_network_is_said(run, walk):
     columns = {name: values[250:290] for name, values in walk.columns().items()}
     assert any("all angles are the start-up's" in note for note in run(columns).notes)
     assert not any("start-up's" in note for note in run(walk.columns()).notes)
+    columns = {name: values[250:400] for name, values in walk.columns().items()}
+    assert any(note.startswith("too short: the network takes over") for note in run(columns).notes)
+    assert not any("too short" in note for note in run(walk.columns()).notes)
 
 
 def test_a_lost_stretch_is_said(run, walk):
