@@ -152,12 +152,11 @@ def command(
 
 @functools.cache  # one handler for each process, including a launcher's workers
 def _show_compiling() -> None:
-    if not sys.stderr.isatty():
-        return
     compiling = logging.getLogger("narx.kernels.cache")
-    compiling.addHandler(logging.StreamHandler())
-    compiling.setLevel(logging.INFO)
     compiling.propagate = False  # Hydra would write a log file in the run's folder
+    if sys.stderr.isatty():
+        compiling.addHandler(logging.StreamHandler())
+        compiling.setLevel(logging.INFO)
 
 
 def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
