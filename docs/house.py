@@ -10,8 +10,8 @@ from matplotlib.patches import FancyBboxPatch
 FLOORS = (
     (("errors", "files", "types"), ("one-line errors", "complete files or none", "array types")),
     (
-        ("kernels", "settings"),
-        ("all compiled code, one cache stamp", "checks of settings"),
+        ("kernels", "missing", "settings"),
+        ("all compiled code, one cache stamp", "rows without missing values", "checks of settings"),
     ),
     (
         ("kinematics", "recursion"),

@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from narx.errors import UserError
+from narx.experiments.command import INTERRUPTED_STATUS
 from narx.experiments.compare.pairing import Pairing, compare_pair
 from narx.experiments.compare.runs import (
     Run,
@@ -103,10 +104,19 @@ def compare(
         f"best: narx-train {best_overrides(best)}".rstrip(),
         *([] if pairing is None else [pairing.sentence(metric)]),
         *([f"unfinished runs left out: {len(others)}"] if others else []),
+        *_unequal(ranked),
     ]
     write_report(target / "comparison.html", table, runs, metric, keys, lines[1:])
     lines.append(f"{len(table)} runs: {target / 'runs.csv'}, runs.parquet, comparison.html")
     return "\n\n".join(lines)
+
+
+def _unequal(ranked: pd.DataFrame) -> list[str]:
+    """Warn that means over different numbers of runs are ranked, as in an unfinished sweep."""
+    least, most = int(ranked["n"].min()), int(ranked["n"].max())
+    if least == most:
+        return []
+    return [f"configurations have {least} to {most} runs: their ranks may change with the others"]
 
 
 def _markdown(ranked: pd.DataFrame, metric: str) -> str:
@@ -128,6 +138,15 @@ def main() -> None:
     except UserError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(USER_ERROR_STATUS)
+    except OSError as error:
+        print(
+            f"error: {error.filename}: {error.strerror}; expected a writable folder (--output DIR)",
+            file=sys.stderr,
+        )
+        sys.exit(USER_ERROR_STATUS)
+    except KeyboardInterrupt:
+        print("interrupted: repeat the command to start again", file=sys.stderr)
+        sys.exit(INTERRUPTED_STATUS)
 
 
 if __name__ == "__main__":

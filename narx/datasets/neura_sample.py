@@ -5,12 +5,12 @@ the files are ``data/sample/`` of https://github.com/gait-tech/gaittoolbox.
 """
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from narx.datasets.base import TrialSource
@@ -19,6 +19,7 @@ from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.text_table import read_numbers
 from narx.datasets.tracked_sensor import on_clock
 from narx.errors import RecordingError
+from narx.gait.straight_walk import walk_before_turn_s
 from narx.recordings.clock_alignment import estimate_clock_offset
 from narx.recordings.resampling import resample_quaternions, uniform_clock
 from narx.recordings.rest import first_rest_s
@@ -39,8 +40,6 @@ _COUNTER_RANGE = 2**16
 _MAX_GAP_S = 0.025
 # averaging time: at 100 Hz, marker noise would mask the speed over a single interval
 _ALIGNMENT_INTERVAL_S = 0.03
-_TURN_RAD = np.radians(20.0)
-_WALKING_SPEED_M_S = 0.2
 
 
 class NeuraSample(TrialSource):
@@ -112,7 +111,7 @@ class NeuraSample(TrialSource):
         )
         last_rest_s = first_rest_s([t[::-1, 1:4] for t in tables.values()], _NATIVE_HZ)
         end_s = float(clock[-1])
-        return Trial(
+        recorded = Trial(
             dataset=self.name,
             subject=subject,
             condition=condition,
@@ -139,7 +138,6 @@ class NeuraSample(TrialSource):
             still_s=((0.0, rest_s), (end_s - last_rest_s, end_s)),
             straight=False,
             starts_in_calibration_posture=True,
-            walking_s=_walk_before_the_turn(optical_time, joints),
             clock_offset_s=dict.fromkeys(_SENSORS, offset),
             notes=(
                 "inertial clock behind the optical one by "
@@ -147,10 +145,11 @@ class NeuraSample(TrialSource):
                 + f"; one trigger, so {1e3 * offset:.1f} ms (mean of the shanks) for all",
                 "reference: z from joint centre to joint centre, y along the epicondyle (thigh) or "
                 "malleolus (shank) marker and the joint centre beside it",
-                "walking_s is the walk before the turn",
+                "walking_s is the walk before the turn, from the gyroscopes",
             ),
             sources=checked_sources(self.name, root, [*sensor_files.values(), optical_file]),
         )
+        return replace(recorded, walking_s=walk_before_turn_s(recorded, recorded.still_s[0]))
 
 
 def _read_sensor(path: Path) -> FloatArray:
@@ -218,29 +217,3 @@ def _clock_offset(
     except RecordingError as error:
         raise RecordingError(f"{path}: {error}") from error
     return offset
-
-
-def _walk_before_the_turn(
-    time_s: FloatArray, joints: dict[str, FloatArray]
-) -> tuple[float, float] | None:
-    """Find the first walk: from the first motion of the hips until the pelvis begins to turn."""
-    across = joints["LHJC"] - joints["RHJC"]
-    centre = 0.5 * (joints["LHJC"] + joints["RHJC"])[:, :2]
-    valid = np.isfinite(across).all(axis=1)
-    if valid.sum() < _NATIVE_HZ:
-        return None
-    # pelvic rotation within a stride averages out over about a stride
-    stride = int(_NATIVE_HZ)
-    heading = np.unwrap(np.arctan2(across[valid, 1], across[valid, 0]))
-    heading = uniform_filter1d(heading, stride, mode="nearest")
-    step = int(0.2 * _NATIVE_HZ)
-    moved = np.linalg.norm(centre[valid][step:] - centre[valid][:-step], axis=1)
-    walking = np.flatnonzero(moved > _WALKING_SPEED_M_S * step / _NATIVE_HZ)
-    turned = np.flatnonzero(np.abs(heading - np.median(heading[:stride])) > _TURN_RAD)
-    if not walking.size:
-        return None
-    begin = int(walking[0])
-    # the running mean responds to the turn half a window early
-    end = int(turned[0]) if turned.size else int(walking[-1])
-    times = time_s[valid]
-    return (float(times[begin]), float(times[end])) if end > begin else None

@@ -139,7 +139,8 @@ static void learn_from_swing(narx_state *s)
         if (excess <= 1) {
             s->odd[axis] = 0;
         } else if (s->odd[axis] * residual > 0) {
-            const narx_real share = EARLY / (EARLY + s->trust);
+            /* a heading far from the mean is a turn, never an error */
+            const narx_real share = axis < 2 ? EARLY / (EARLY + s->trust) : 0;
             s->covariance[axis][axis] += squared(residual) * share;
             widen_posture(s, axis, squared(residual) * (1 - share));
             s->odd[axis] = 0;
@@ -221,6 +222,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     memcpy(carried, s->x, sizeof carried);
     leak = s->by_network ? LEAK_RAD_S * INTERVAL_S : 0;
     coupling = fabs${f}(s->turn) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
+    s->x[CENTRE + 2] += coupling; /* the mean heading turns with the person */
     memset(&change, 0, sizeof change);
     for (axis = 0; axis < 3; axis++) {
         put(&change, axis, axis, -leak);

@@ -137,7 +137,8 @@ class TrackedRecurrence(TrackedState):
         change = s[..., self.lower_at : self.lower_at + 2] - posture * loss.unsqueeze(-1)
         moved = posture + change
         lower = change - (moved - posture)
-        x = torch.cat([carried, moved, x[..., 5:]], dim=-1)
+        # the mean heading turns with the person
+        x = torch.cat([carried, moved, x[..., 5:] + coupling.unsqueeze(-1) * e[5, 5:]], dim=-1)
         factors = [leak, one, coupling, leak * mean_turn]
         if self.aided:
             force_x, force_y, force_z = inputs[..., 3], inputs[..., 4], inputs[..., 5]
@@ -221,8 +222,10 @@ class TrackedRecurrence(TrackedState):
             again = outlier & (odd * residual > 0.0)
             alone = outlier & ~again
             wider = applies * again.to(s.dtype) * residual**2
-            of_angle = (wider * share).unsqueeze(-1).unsqueeze(-1)
-            of_posture = (wider * (1.0 - share)).unsqueeze(-1).unsqueeze(-1)
+            # a heading far from the mean is a turn, never an error
+            error = wider * share if axis < 2 else torch.zeros_like(wider)
+            of_angle = error.unsqueeze(-1).unsqueeze(-1)
+            of_posture = (wider - error).unsqueeze(-1).unsqueeze(-1)
             covariance = covariance + of_angle * torch.outer(e[axis], e[axis])
             covariance = covariance + of_posture * self.postures[axis]
             counts = applies * (~alone).to(s.dtype)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from narx.recordings.trial import Trial
 from narx.types import FloatArray
 
 # averaging time, s: turning within a stride cancels over about one stride
@@ -54,3 +55,33 @@ def straight_walk_s(
     if not turned.size or turned[0] < _MIN_WALK_S * sampling_rate_hz:
         return None
     return begin / sampling_rate_hz, (begin + int(turned[0])) / sampling_rate_hz
+
+
+def walk_before_turn_s(trial: Trial, stand_s: tuple[float, float]) -> tuple[float, float] | None:
+    """Find the walk from the end of standing to the first turn, from the trial's sensors only.
+
+    Parameters
+    ----------
+    trial : Trial
+        Sensors on one clock.
+    stand_s : tuple of (float, float)
+        Standing before the walk, on the trial's clock, s: gives bias and vertical of each sensor.
+
+    Returns
+    -------
+    tuple of (float, float) or None
+        Start and end in s on the trial's clock; None if no turn is found, or a sensor has no
+        samples during standing.
+    """
+    inside = (trial.time_s >= stand_s[0]) & (trial.time_s <= stand_s[1])
+    rates, up = [], []
+    for imu in trial.imus.values():
+        still, force = imu.gyroscope_rad_s[inside], imu.accelerometer_m_s2[inside]
+        if not np.isfinite(still + force).all(axis=1).any():
+            return None
+        mean = np.nanmean(force, axis=0)
+        rates.append(imu.gyroscope_rad_s - np.nanmean(still, axis=0))
+        up.append(mean / np.linalg.norm(mean))
+    begin = float(trial.time_s[0])
+    found = straight_walk_s(rates, up, trial.sampling_rate_hz, stand_s[1] - begin)
+    return None if found is None else (found[0] + begin, found[1] + begin)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
 from narx.errors import RecordingError, UserError
 from narx.gait.phases import gait_phases
-from narx.gait.straight_walk import straight_walk_s
+from narx.gait.straight_walk import walk_before_turn_s
 from narx.inference.bias import remove_static_bias
 from narx.inference.findings import check_consistency, gap_notes, start_up_note
 from narx.inference.narx_method import NarxMethod
@@ -142,7 +142,7 @@ def predict_session(
         else "start unknown: angles swing about zero, and joints have no offset"
     )
     if walking_s is None and stands:
-        walking_s = _before_the_turn(trial, stands[0])
+        walking_s = walk_before_turn_s(trial, stands[0])
         if walking_s is not None:
             notes.append(f"walk before the first turn: {walking_s[0]:.2f}-{walking_s[1]:.2f} s")
     if not stands:
@@ -234,21 +234,6 @@ def _rests(trial: Trial, first_s: float) -> tuple[tuple[float, float], ...]:
     last_s = first_rest_s(rates, trial.sampling_rate_hz)
     stands = ((begin, begin + first_s), (end - last_s, end))
     return tuple(stand for stand in stands if stand[1] - stand[0] >= _MIN_REST_S)
-
-
-def _before_the_turn(trial: Trial, stand_s: tuple[float, float]) -> tuple[float, float] | None:
-    inside = (trial.time_s >= stand_s[0]) & (trial.time_s <= stand_s[1])
-    rates, up = [], []
-    for imu in trial.imus.values():
-        still, force = imu.gyroscope_rad_s[inside], imu.accelerometer_m_s2[inside]
-        if not np.isfinite(still + force).all(axis=1).any():
-            return None
-        mean = np.nanmean(force, axis=0)
-        rates.append(imu.gyroscope_rad_s - np.nanmean(still, axis=0))
-        up.append(mean / np.linalg.norm(mean))
-    begin = float(trial.time_s[0])
-    found = straight_walk_s(rates, up, trial.sampling_rate_hz, stand_s[1] - begin)
-    return None if found is None else (found[0] + begin, found[1] + begin)
 
 
 def _without_bias(trial: Trial, where: str) -> tuple[Trial, list[str]]:

@@ -14,6 +14,8 @@ The last line is a measurement once per swing, so that the swing itself is not m
 acceleration of gravity. In a turn, a tilt error rotates from one plane into the other while the
 posture does not, which separates the two; the covariance couples the planes only in turns, since
 smaller movements would add more systematic error than information.
+The mean heading turns with the person: in a turn the transverse centre changes at the mean turn
+rate, and a heading far from it is taken for a turn that was missed, not for an error of the angle.
 
 Movement other than gait is recognised by the swing: a swing that does not return, or is much longer
 or shorter than the previous one, has less weight (`return_sd_deg`, `period_share`). Two successive

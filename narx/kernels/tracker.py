@@ -196,8 +196,9 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
         if excess <= 1.0:
             s[ODD + axis] = 0.0
         elif s[ODD + axis] * residual > 0.0:
-            # two outliers in a row with the same sign: the posture has changed, or was wrong before
-            share = p[EARLY] / (p[EARLY] + s[TRUST])
+            # two outliers in a row with the same sign: the posture has changed, or was wrong
+            # before; a heading far from the mean is a turn, never an error
+            share = p[EARLY] / (p[EARLY] + s[TRUST]) if axis < 2 else 0.0
             covariance[axis, axis] += residual**2 * share
             covariance[CENTRE + axis, CENTRE + axis] += residual**2 * (1.0 - share)
             s[ODD + axis] = 0.0
@@ -287,6 +288,7 @@ def step(
         x[CENTRE + axis] *= decay
     work[CHANGE, 0], work[CHANGE, 2], work[CHANGE, 3] = leak, dt, leak * s[TURN]
     work[CHANGE, 1] = dt * s[TURN] if abs(s[TURN]) > p[TURN_LEAST] else 0.0
+    x[CENTRE + 2] += work[CHANGE, 1]  # the mean heading turns with the person
     if aided:
         forward, left, by_sagittal, by_frontal = _level(x, force)
         ahead, aside = x[VELOCITY], x[VELOCITY + 1]

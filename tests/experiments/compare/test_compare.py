@@ -113,6 +113,7 @@ def test_the_same_results_give_the_same_table(sweep, tmp_path_factory):
         (["{empty}"], "no finished run of narx-train or narx-benchmark"),
         (["{sweep}", "--metric", "beauty"], "--metric: not all runs have beauty"),
         (["{sweep}", "--pair", "1", "9"], "--pair: no configuration 9, expected 1 to 2"),
+        (["{sweep}", "--output", "/dev/null/x"], "/dev/null/x: Not a directory"),
     ],
 )
 def test_a_mistake_is_one_line(sweep, tmp_path_factory, monkeypatch, capsys, arguments, says):
@@ -125,6 +126,23 @@ def test_a_mistake_is_one_line(sweep, tmp_path_factory, monkeypatch, capsys, arg
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ")
     assert says in line
+
+
+def test_ctrl_c_is_one_line(sweep, monkeypatch, capsys):
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("narx.experiments.compare.__main__.find_runs", stopped)
+    monkeypatch.setattr(sys, "argv", ["narx-compare", str(sweep)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 130
+    assert capsys.readouterr().err == "interrupted: repeat the command to start again\n"
+
+
+def test_means_over_different_numbers_of_runs_are_named(sweep):
+    make_run(sweep / "model.hidden=3,seed=3", 3, 3, 1.2)
+    assert "configurations have 3 to 4 runs" in compare([sweep], None, None, None)
 
 
 def test_a_damaged_run_is_named(sweep):

@@ -133,6 +133,16 @@ def test_a_known_start_keeps_its_zero():
     assert off_deg(tracked(), walk, (10, 90), known=True) < CLOSE_DEG
 
 
+@pytest.mark.parametrize("begin_s", [8.0, 20.0])
+def test_a_heading_after_a_turn_is_not_drawn_back(begin_s):
+    walk = Walk(45.0)
+    walk.turn = np.pi / 2.0 * ((walk.time_s > begin_s) & (walk.time_s < begin_s + 2.0))
+    signals, truth_rad = walk.signals(known=True)
+    away = tracked().estimate(signals)[:, 2] - truth_rad[:, 2]
+    off_deg = np.degrees(np.abs((away + np.pi) % (2.0 * np.pi) - np.pi))
+    assert off_deg[round((begin_s + 3.0) * RATE_HZ) :].max() < 10.0
+
+
 def test_ten_minutes_of_straight_walking_do_not_drift():
     walk = Walk(600.0, turns=False)
     walk.posture_deg[:] = (15.0, 0.0) * walk.ramp(4.0, 1.0)[:, None]
