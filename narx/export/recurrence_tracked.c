@@ -193,7 +193,7 @@ static void after_gap(narx_state *s)
 static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
 {
     const narx_real loss = s->known ? 0 : CENTRE_LOSS;
-    narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, cos_f, turn;
+    narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, cos_f, turn, turned;
     narx_real leak, coupling, noise;
     change_type change;
     int axis, k;
@@ -222,7 +222,10 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     memcpy(carried, s->x, sizeof carried);
     leak = s->by_network ? LEAK_RAD_S * INTERVAL_S : 0;
     coupling = fabs${f}(s->turn) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
-    s->x[CENTRE + 2] += coupling; /* the mean heading turns with the person */
+    /* the mean heading turns with the person; a threshold would amplify rounding errors */
+    turned = fabs${f}(s->turn) / TURN_LEAST - 1;
+    turned = turned < 0 ? 0 : turned > 1 ? 1 : turned;
+    s->x[CENTRE + 2] += INTERVAL_S * s->turn * turned;
     memset(&change, 0, sizeof change);
     for (axis = 0; axis < 3; axis++) {
         put(&change, axis, axis, -leak);

@@ -137,8 +137,10 @@ class TrackedRecurrence(TrackedState):
         change = s[..., self.lower_at : self.lower_at + 2] - posture * loss.unsqueeze(-1)
         moved = posture + change
         lower = change - (moved - posture)
-        # the mean heading turns with the person
-        x = torch.cat([carried, moved, x[..., 5:] + coupling.unsqueeze(-1) * e[5, 5:]], dim=-1)
+        # the mean heading turns with the person; a threshold would amplify rounding errors
+        share = torch.clamp(torch.abs(mean_turn) / p[kernel.TURN_LEAST] - 1.0, 0.0, 1.0)
+        turned_by = (dt * mean_turn * share).unsqueeze(-1) * e[5, 5:]
+        x = torch.cat([carried, moved, x[..., 5:] + turned_by], dim=-1)
         factors = [leak, one, coupling, leak * mean_turn]
         if self.aided:
             force_x, force_y, force_z = inputs[..., 3], inputs[..., 4], inputs[..., 5]

@@ -288,7 +288,8 @@ def step(
         x[CENTRE + axis] *= decay
     work[CHANGE, 0], work[CHANGE, 2], work[CHANGE, 3] = leak, dt, leak * s[TURN]
     work[CHANGE, 1] = dt * s[TURN] if abs(s[TURN]) > p[TURN_LEAST] else 0.0
-    x[CENTRE + 2] += work[CHANGE, 1]  # the mean heading turns with the person
+    # the mean heading turns with the person; a threshold would amplify rounding errors
+    x[CENTRE + 2] += dt * s[TURN] * min(max(abs(s[TURN]) / p[TURN_LEAST] - 1.0, 0.0), 1.0)
     if aided:
         forward, left, by_sagittal, by_frontal = _level(x, force)
         ahead, aside = x[VELOCITY], x[VELOCITY + 1]
