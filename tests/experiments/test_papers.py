@@ -59,7 +59,7 @@ def test_han_on_the_walk_before_the_turn(run_command, data_root):
         "benchmark", "experiment=han_two_point", "data=neura_sample", f"data_root={data_root}"
     )
     assert status == 0, err
-    assert "turns 14.6 s after its start" in out
+    assert "turns 14.7 s after its start" in out
     results = read_results(directory / "results.csv")
     # about 3.5 s between the first step and the turn
     scored = results[results["axis"] == "sagittal"]["n_samples"]
