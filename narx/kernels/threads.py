@@ -3,7 +3,7 @@
 import os
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import lru_cache
 
 import torch
@@ -31,6 +31,11 @@ def in_threads(work: Callable[[int, int], None], n: int, step: int) -> None:
         Number of items.
     step : int
         Items processed together: parts are multiples of it.
+
+    Raises
+    ------
+    Exception
+        The first part's that raised one, once all parts have ended.
     """
     n_threads = min(torch.get_num_threads(), -(-n // step))
     # work inside a thread of the pool must not wait for other threads of the pool
@@ -38,7 +43,10 @@ def in_threads(work: Callable[[int, int], None], n: int, step: int) -> None:
         if n:
             work(0, n)
         return
-    list(_pool(n_threads).map(lambda part: work(*part), _parts(n, step, n_threads)))
+    parts = [_pool(n_threads).submit(work, *part) for part in _parts(n, step, n_threads)]
+    wait(parts)  # none runs on after an error of another has been raised
+    for part in parts:
+        part.result()
 
 
 def _parts(n: int, step: int, n_parts: int) -> Iterator[tuple[int, int]]:

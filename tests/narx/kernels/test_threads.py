@@ -2,7 +2,13 @@
 
 import subprocess
 import sys
+import time
 from pathlib import Path
+
+import pytest
+import torch
+
+from narx.kernels.threads import in_threads
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -28,3 +34,22 @@ def test_a_fork_after_a_fit_does_not_hang():
         [sys.executable, "-W", "ignore", "-c", FORK], capture_output=True, text=True, cwd=ROOT
     )
     assert answer.stdout.strip() == "0", answer.stderr
+
+
+def test_an_error_is_raised_when_no_part_runs_any_more():
+    ended = []
+
+    def work(first, last):
+        if first == 0:
+            raise ArithmeticError
+        time.sleep(0.2)
+        ended.append(first)
+
+    n_threads = torch.get_num_threads()
+    torch.set_num_threads(2)
+    try:
+        with pytest.raises(ArithmeticError):
+            in_threads(work, 2, 1)
+    finally:
+        torch.set_num_threads(n_threads)
+    assert ended == [1]
