@@ -25,8 +25,8 @@ T = TypeVar("T")
 # all code on which a prepared trial depends; tests/narx/datasets/test_prepared.py checks that it is
 # complete
 ROOMS = (
-    "errors.py", "files.py", "types.py", "method.py", "recursion.py", "kernels", "settings",
-    "kinematics", "recordings", "simulation", "gait", "calibration", "datasets",
+    "errors.py", "files.py", "types.py", "missing.py", "method.py", "recursion.py", "kernels",
+    "settings", "kinematics", "recordings", "simulation", "gait", "calibration", "datasets",
 )  # fmt: skip
 _NUMERICS = ("numpy", "scipy", "pandas", "numba")
 # an older temporary file was left by a killed process

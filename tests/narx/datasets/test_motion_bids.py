@@ -119,7 +119,7 @@ def _edit(path, old, new):
         (lambda d: next(d.glob("*imu*.json")).unlink(), "no such file"),
         (lambda d: _edit(next(d.glob("*imu*.json")), "Frequency", "F"), "SamplingFrequency"),
         (lambda d: _edit(next(d.glob("*imu*channels*")), "units", "u"), "no column 'units'"),
-        (lambda d: _edit(next(d.glob("*imu*channels*")), "deg/s", "rpm"), "unit 'rpm'"),
+        (lambda d: _edit(next(d.glob("*imu*channels*")), "deg/s", "knots"), "unit 'knots'"),
         (
             lambda d: _edit(next(d.glob("*imu*channels*")), "GYRO", "MISC"),
             "no channel of type GYRO",
