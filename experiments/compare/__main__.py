@@ -140,7 +140,8 @@ def main() -> None:
         sys.exit(USER_ERROR_STATUS)
     except OSError as error:
         print(
-            f"error: {error.filename}: {error.strerror}; expected a writable folder (--output DIR)",
+            f"error: {error.filename or 'output'}: {error.strerror}; "
+            "expected a writable folder (--output DIR)",
             file=sys.stderr,
         )
         sys.exit(USER_ERROR_STATUS)

@@ -8,13 +8,14 @@ import pandas as pd
 from omegaconf import DictConfig
 from tqdm import tqdm
 
+from narx.datasets.apdm_file import SUFFIXES as APDM_SUFFIXES
 from narx.errors import UserError
 from narx.experiments.predictions.jobs import Job, Outcome, file_jobs
 from narx.experiments.predictions.workers import outcomes
 from narx.files import atomic_path, remove_temporaries
 from narx.recordings.input_file import is_bundle
 
-READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip", ".gz", ".h5")
+READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip", ".gz", *APDM_SUFFIXES)
 SUMMARY, JOURNAL = "summary.csv", ".finished.jsonl"
 # a temporary file older than this belongs to no running process
 _ABANDONED_S = 3600.0

@@ -65,6 +65,9 @@ def read_apdm(path: Path, segment: str) -> ArrayTable:
     except (OSError, KeyError, StopIteration, ValueError, RuntimeError, TypeError) as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else "samples missing"
         raise RecordingError(f"{path}: not a whole HDF5 file of APDM ({reason})") from None
+    if len({len(values) for values in columns.values()}) > 1:
+        found = ", ".join(f"{len(values)} of {name}" for name, values in columns.items())
+        raise RecordingError(f"{path}: arrays of one length expected, found {found}")
     names = tuple(columns)
     table = ArrayTable(path, names, lambda k: pd.Series(columns[names[k]]))
     table.notes = (f"APDM: sensor '{label}'",)
@@ -98,7 +101,7 @@ def _chosen(path: Path, sensors: list[tuple[str, Any]], segment: str) -> tuple[s
 def _counted(times: Any) -> FloatArray:
     """Times from the first: microseconds since 1970 exceed the digits of a float of seconds."""
     counts = np.asarray(times)
-    return np.asarray(counts - counts[0], dtype=np.float64)
+    return np.asarray(counts - counts[:1], dtype=np.float64)
 
 
 def _text(value: Any) -> str:

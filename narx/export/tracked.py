@@ -138,8 +138,8 @@ class TrackedRecurrence(TrackedState):
         moved = posture + change
         lower = change - (moved - posture)
         # the mean heading turns with the person; a threshold would amplify rounding errors
-        share = torch.clamp(torch.abs(mean_turn) / p[kernel.TURN_LEAST] - 1.0, 0.0, 1.0)
-        turned_by = (dt * mean_turn * share).unsqueeze(-1) * e[5, 5:]
+        turning = torch.clamp(torch.abs(mean_turn) / p[kernel.TURN_LEAST] - 1.0, 0.0, 1.0)
+        turned_by = (dt * mean_turn * turning).unsqueeze(-1) * e[5, 5:]
         x = torch.cat([carried, moved, x[..., 5:] + turned_by], dim=-1)
         factors = [leak, one, coupling, leak * mean_turn]
         if self.aided:

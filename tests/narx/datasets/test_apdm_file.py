@@ -4,8 +4,10 @@ import h5py
 import numpy as np
 import pytest
 
+from narx.datasets.apdm_file import SUFFIXES
 from narx.datasets.csv_recording import read_recording
 from narx.errors import RecordingError
+from narx.experiments.predictions.bulk import READABLE
 
 LABELS = ("Right Upper Leg", "Left Lower Leg")
 
@@ -62,3 +64,20 @@ def test_damage_is_one_line(tmp_path, walk):
         file["a"] = [1.0]
     with pytest.raises(RecordingError, match=r"walk\.h5: not a whole HDF5 file of APDM"):
         read_recording(path, "thigh_right")
+
+
+@pytest.mark.parametrize("kept", [0, 300])
+def test_arrays_of_different_lengths_are_refused(tmp_path, walk, kept):
+    path = _write(tmp_path / "walk.h5", walk, 5)
+    with h5py.File(path, "r+") as file:
+        for sensor in file["Sensors"].values():
+            times = sensor["Time"][:kept]
+            del sensor["Time"]
+            sensor["Time"] = times
+    with pytest.raises(RecordingError, match=rf"of one length expected, found {kept} of time_us"):
+        read_recording(path, "thigh_right")
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_files_of_a_folder_are_found_by_either_suffix(suffix):
+    assert suffix in READABLE
