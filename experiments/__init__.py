@@ -1,0 +1,5 @@
+"""Commands of the project."""
+
+from narx.experiments import starting
+
+starting.begin()

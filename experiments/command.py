@@ -27,12 +27,11 @@ from narx.experiments.runs.folder import claimed
 from narx.experiments.runs.identity import register_resolvers
 from narx.experiments.runs.sweep import USER_ERROR_STATUS, SweepReport
 from narx.experiments.sources import data_sha256
+from narx.experiments.starting import INTERRUPTED_STATUS, imported
 
 CONFIG_PATH = "pkg://narx.configs"
 # the file system refuses the write: not a bug of the program
 _REFUSED = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
-# the status that a shell reports for a process ended by Ctrl-C
-INTERRUPTED_STATUS = 130
 # subfolder of an unfinished run, with the states of its trainings
 _LAST = "last"
 # number of functions of a profile that are printed, the slowest first
@@ -97,6 +96,8 @@ def command(
         traceback only for a bug of the program. In a sweep, all other jobs run, and one such line
         is printed for each failed job.
     """
+
+    imported()  # the last statement of a command's module
 
     def decorate(function: Callable[[DictConfig], object]) -> Callable[[], None]:
         started = False

@@ -11,7 +11,6 @@ from pathlib import Path
 import pandas as pd
 
 from narx.errors import UserError
-from narx.experiments.command import INTERRUPTED_STATUS
 from narx.experiments.compare.pairing import Pairing, compare_pair
 from narx.experiments.compare.runs import (
     Run,
@@ -23,6 +22,7 @@ from narx.experiments.compare.runs import (
     runs_table,
 )
 from narx.experiments.runs.sweep import USER_ERROR_STATUS
+from narx.experiments.starting import INTERRUPTED_STATUS, imported
 from narx.experiments.tables.table import Table
 from narx.files import atomic_path
 
@@ -126,6 +126,7 @@ def _markdown(ranked: pd.DataFrame, metric: str) -> str:
 
 def main() -> None:
     """Run the command with the arguments on the command line."""
+    imported()
     parser = argparse.ArgumentParser("narx-compare", description=__doc__)
     parser.add_argument("directory", nargs="+", type=Path, help="folder of a sweep or of runs")
     parser.add_argument("--metric", help="rank by this, smaller is better")

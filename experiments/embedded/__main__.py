@@ -18,6 +18,7 @@ import numpy as np
 
 from narx.baselines import ComplementaryFilter, Giof, PseudoIntegrator
 from narx.errors import UserError
+from narx.experiments.starting import imported
 from narx.export import c, verification
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.pretrained import pretrained
@@ -214,6 +215,7 @@ def table(measured: Mapping[str, Cost]) -> str:
 
 def main() -> None:
     """Print the table, or what is missing for it."""
+    imported()
     missing = missing_programs()
     if missing:
         print(f"embedded: skipped, not installed: {', '.join(missing)} (gcc-avr avr-libc simavr)")

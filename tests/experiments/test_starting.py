@@ -1,0 +1,61 @@
+"""While a command's modules are imported: Ctrl-C ends in one line, the garbage collector pauses."""
+
+import subprocess
+import sys
+
+import pytest
+
+IMPORTING = """
+import gc, os, signal, sys, time
+sys.argv[0] = {argument!r}
+sys.orig_argv[1] = {original!r}
+signal.signal(signal.SIGINT, signal.{handler})
+import narx.experiments
+print(gc.isenabled(), flush=True)
+{then}
+os.kill(os.getpid(), signal.SIGINT)
+time.sleep(0.1)
+print("went on")
+"""
+IMPORTED = (
+    "from narx.experiments.starting import imported; imported(); print(gc.isenabled(), flush=True)"
+)
+
+
+def run(argument="-m", original="-m", handler="default_int_handler", then=""):
+    script = IMPORTING.format(argument=argument, original=original, handler=handler, then=then)
+    return subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a process cannot interrupt itself")
+@pytest.mark.parametrize("command", ["-m", "/usr/bin/narx-predict"])
+def test_ctrl_c_during_the_imports_ends_in_one_line(command):
+    done = run(argument=command, original=command)
+    assert done.returncode == 130
+    assert done.stdout == "False\n"
+    (line,) = done.stderr.strip().splitlines()
+    assert line == "interrupted: nothing has begun; repeat the command to start again"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a process cannot interrupt itself")
+def test_afterwards_the_command_itself_is_interrupted():
+    done = run(then=IMPORTED)
+    assert done.stdout == "False\nTrue\n"
+    assert "KeyboardInterrupt" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("argument", "original"),
+    [("/usr/bin/narx-train", "-m"), ("my_script.py", "my_script.py")],
+    ids=["a worker with its parent's arguments", "a script that imports the package"],
+)
+def test_other_processes_are_left_alone(argument, original):
+    done = run(argument, original, handler="SIG_IGN")
+    assert done.stdout == "True\nwent on\n"
+
+
+def test_the_signal_remains_ignored_in_the_background():
+    done = run(handler="SIG_IGN")
+    assert (done.returncode, done.stdout) == (0, "False\nwent on\n")
