@@ -29,8 +29,9 @@ Frame = Literal["auto", "anatomical", "walking", "sensor"]
 Side = Literal["right", "left"]
 StartPose = Literal["known", "unknown"]
 
-# a few lost samples are interpolated, a lost part of a stride is not
-MAX_GAP_S = 0.1
+# Longest gap that is filled. On five recorded thighs and shanks this leaves a third of the error of
+# a pause for gaps of 0.2 s, half for 0.4 to 0.8 s, and is no worse for 1 s.
+MAX_GAP_S = 1.1
 # rate, bias and frame are noted for every recording; further notes are exceptions
 _USUAL_NOTES = 3
 # shortest standing, s, that is sufficient to measure the direction of gravity
@@ -126,8 +127,8 @@ def predict(
     The recording is first checked (`narx.recordings.plausibility`): time stamps are converted to
     sampling times, faults to missing samples, and implausible leg motion is refused. It is then
     resampled to a uniform clock at its own median rate and the angles back to its sampling times,
-    both by cubic splines. Gaps of up to 100 ms are interpolated; during longer ones the network
-    pauses, and the angles continue from their last values.
+    both by cubic splines. Gaps of up to a second are filled (`narx.recordings.bridging`); during
+    longer ones the network pauses, and the angles continue from their last values.
     """
     _check("frame", frame, Frame)
     _check("side", side, Side)
