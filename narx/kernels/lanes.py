@@ -6,8 +6,8 @@ so the kernels do it explicitly: `load` returns a vector of `width` contiguous f
 float64 for a width of one), the operators work on it, `store` writes it back. LLVM splits a vector
 into the registers of the machine.
 
-Sizes reach the kernels as tuples, by their *length*: a length is part of a tuple's type, so
-every loop over hidden neurons, lags or lanes has a bound known at compile time.
+Lanes, and the sizes of the default network, reach the kernels as lengths of tuples: a length is
+part of a tuple's type, so loops over them have a bound known at compile time.
 """
 
 import math

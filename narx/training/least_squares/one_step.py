@@ -5,9 +5,8 @@ import torch
 from torch import Tensor
 
 from narx.kernels import loops
-from narx.kernels.sizes import length
 from narx.kernels.threads import in_threads
-from narx.network.kernel_arrays import EXACT
+from narx.network.kernel_arrays import EXACT, feature_shape
 from narx.network.structure import NarxStructure, Tanh
 from narx.training.least_squares.by_torch import products_by_torch
 from narx.types import FloatArray
@@ -53,7 +52,7 @@ class OneStepFit:
         padded[-2, :n] = windows.targets.numpy()
         padded[-1, :n] = np.sqrt(windows.weights.numpy())
         self._features, self._targets, self._roots = padded[:-2], padded[-2], padded[-1]
-        self._shape = length(structure.hidden), length(n_features)
+        self._shape = feature_shape(structure)
         self._exact = EXACT[tanh]
 
     def products(self, weights: FloatArray) -> FloatArray:
