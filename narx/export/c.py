@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -106,26 +107,20 @@ def compiler() -> str:
     )
 
 
-def run(
-    files: dict[str, str], inputs: FloatArray, interval_s: FloatArray, start: FloatArray | None
-) -> FloatArray:
-    """Compile and run the code over recordings.
+def loaded(files: dict[str, str]) -> Callable[..., FloatArray]:
+    """Compile the code to run it over recordings.
 
     Parameters
     ----------
     files : dict of str to str
         From `stamped`.
-    inputs : ndarray, shape (B, N, 3 or 6)
-        As ``narx_step_after`` takes them, in the precision of the code.
-    interval_s : ndarray, shape (B, N)
-        Times since the samples before, s.
-    start : ndarray, shape (B, 3), or None
-        Known start poses, rad.
 
     Returns
     -------
-    ndarray, shape (B, N, 3)
-        Angles, rad.
+    callable
+        From inputs (B, N, 3 or 6) as ``narx_step_after`` takes them, in the precision of the code,
+        times since the samples before (B, N), s, and known start poses (B, 3) or None to angles
+        (B, N, 3), rad.
     """
     with tempfile.TemporaryDirectory() as folder:
         for name, content in files.items():
@@ -134,19 +129,23 @@ def run(
         command = [compiler(), *FLAGS, source, "-o", "narx.so", "-lm"]
         subprocess.run(command, cwd=folder, check=True, capture_output=True)
         library = ctypes.CDLL(str(Path(folder) / "narx.so"))
-    real = ctypes.c_float if inputs.dtype == np.float32 else ctypes.c_double
-    library.narx_step_after.argtypes = [ctypes.c_void_p, real, ctypes.c_void_p, ctypes.c_void_p]
     library.narx_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
-    inputs = np.ascontiguousarray(inputs)
-    angles = np.empty((*inputs.shape[:2], 3), inputs.dtype)
-    for sensor in range(len(inputs)):
-        # more than any state needs
-        state = ctypes.create_string_buffer(1 << 16)
-        pose = None if start is None else np.ascontiguousarray(start[sensor], inputs.dtype)
-        library.narx_start(state, None if pose is None else pose.ctypes.data)
-        into, out = inputs[sensor].ctypes.data, angles[sensor].ctypes.data
-        for k, interval in enumerate(interval_s[sensor].tolist()):
-            library.narx_step_after(
-                state, interval, into + k * inputs.strides[1], out + k * angles.strides[1]
-            )
-    return angles
+
+    def run(inputs: FloatArray, interval_s: FloatArray, start: FloatArray | None) -> FloatArray:
+        real = ctypes.c_float if inputs.dtype == np.float32 else ctypes.c_double
+        library.narx_step_after.argtypes = [ctypes.c_void_p, real, ctypes.c_void_p, ctypes.c_void_p]
+        inputs = np.ascontiguousarray(inputs)
+        angles = np.empty((*inputs.shape[:2], 3), inputs.dtype)
+        for sensor in range(len(inputs)):
+            # more than any state needs
+            state = ctypes.create_string_buffer(1 << 16)
+            pose = None if start is None else np.ascontiguousarray(start[sensor], inputs.dtype)
+            library.narx_start(state, None if pose is None else pose.ctypes.data)
+            into, out = inputs[sensor].ctypes.data, angles[sensor].ctypes.data
+            for k, interval in enumerate(interval_s[sensor].tolist()):
+                library.narx_step_after(
+                    state, interval, into + k * inputs.strides[1], out + k * angles.strides[1]
+                )
+        return angles
+
+    return run

@@ -1,13 +1,18 @@
-"""Whole sequences of many sensors as one graph of operations, for torch.export and ONNX."""
+"""Whole sequences of many sensors as one graph of operations, for torch.export."""
+
+from collections.abc import Callable
+from typing import Any
 
 import torch
 from torch import Tensor, nn
-from torch._higher_order_ops.scan import scan
-from torch._higher_order_ops.while_loop import while_loop
+from torch._higher_order_ops.scan import scan_op
+from torch._higher_order_ops.while_loop import while_loop_op
 
 from narx.export.clocked import ClockedRecurrence
 from narx.inference.checkpoint import Checkpoint
 
+# (axis_rates (B, N, C), interval_s (B, N), state (B, S)) -> angles (B, N, 3)
+GraphRunner = Callable[[Tensor, Tensor, Tensor], Tensor]
 INPUTS = ("axis_rates", "interval_s", "state")
 OUTPUTS = ("angles", "new_state")
 
@@ -47,30 +52,45 @@ class SequenceGraph(nn.Module):
         new_state : Tensor, shape (B, state_size)
             State for the next call.
         """
-        clocked = self.clocked
+        buffers = tuple(self.clocked.buffers())
 
-        def sample(state: Tensor, arriving: Tensor) -> tuple[Tensor, Tensor]:
+        def sample(state: Tensor, arriving: Tensor, *buffers: Tensor) -> tuple[Tensor, Tensor]:
             # the operators of higher order want no two of their inputs in one memory
-            rates = arriving[..., :-1].clone()
-            there, ticks, back, apart, lost, clock = clocked.arrive(
-                rates, arriving[..., -1:], state
+            inputs = arriving[..., :-1].clone()
+            there, ticks, back, apart, lost, clock = self._call(
+                "arrive", buffers, inputs, arriving[..., -1:], state
             )
-            state = clocked.lose(lost, state)
-
-            def due(number: Tensor, state: Tensor) -> Tensor:
-                return number <= ticks.max()
-
-            def tick(number: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-                return number + 1.0, clocked.tick(number, ticks, back, apart, rates, state)
-
+            state = self._call("lose", buffers, lost, state)
             first = torch.ones((), dtype=state.dtype, device=state.device)
-            _, state = while_loop(due, tick, (first, state))
-            angles, state = clocked.depart(there, clock, state)
+            constant = (ticks, back, apart, inputs, *buffers)
+            begun: Any = (first, state)
+            _, state = while_loop_op(due, tick, begun, constant)
+            angles, state = self._call("depart", buffers, there, clock, state)
             return state, angles
 
+        def due(number: Tensor, state: Tensor, ticks: Tensor, *_: Tensor) -> Tensor:
+            return number <= ticks.max()
+
+        def tick(number: Tensor, state: Tensor, *constant: Tensor) -> tuple[Tensor, Tensor]:
+            moved = self._call("tick", constant[4:], number, *constant[:4], state)
+            return number + 1.0, moved
+
         arriving = torch.cat([axis_rates, interval_s.unsqueeze(-1)], dim=-1).transpose(0, 1)
-        state, angles = scan(sample, state, arriving, dim=0)
+        # the operators themselves: the functions `scan` and `while_loop` trace everything twice
+        state, angles = scan_op(sample, [state], [arriving], additional_inputs=buffers)
         return angles.transpose(0, 1), state
+
+    def _call(self, name: str, buffers: tuple[Tensor, ...], *arguments: Tensor) -> Any:
+        """Call a method of the recurrence with its buffers as inputs of an operator."""
+        modules, own = self.clocked.modules(), tuple(self.clocked.buffers())
+        places = [(m, buffer) for m in modules for buffer, _ in m.named_buffers(recurse=False)]
+        try:
+            for (module, buffer), value in zip(places, buffers, strict=True):
+                setattr(module, buffer, value)
+            return getattr(self.clocked, name)(*arguments)
+        finally:
+            for (module, buffer), value in zip(places, own, strict=True):
+                setattr(module, buffer, value)
 
     def example(self, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
         """Create example inputs for tracing the graph.

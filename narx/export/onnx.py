@@ -1,18 +1,14 @@
-"""ONNX: the sequence graph for onnxruntime and similar runtimes."""
+"""ONNX: whole sequences of many sensors for onnxruntime and similar runtimes."""
 
 import importlib.util
-import logging
-import tempfile
-import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from narx.errors import UserError
-from narx.export.graph import INPUTS, OUTPUTS, program
+from narx.export.graph import INPUTS, GraphRunner
 from narx.inference.checkpoint import Checkpoint
 
 IDENTITY_KEY = "narx"
@@ -56,25 +52,9 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
         If a library is not installed.
     """
     check_libraries()
-    # warnings about operators of packages that are not installed do not matter here
-    for name in ("_registration", "_core"):
-        logging.getLogger(f"torch.onnx._internal.exporter.{name}").setLevel(logging.ERROR)
-    with torch.no_grad(), warnings.catch_warnings():
-        # torch's exporter uses functions that torch itself deprecates
-        warnings.simplefilter("ignore")
-        translated = torch.onnx.export(
-            program(checkpoint, dtype),
-            input_names=list(INPUTS),
-            output_names=list(OUTPUTS),
-            dynamo=True,
-            verbose=False,
-        )
-    assert translated is not None
-    _strip(translated.model)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "narx.onnx"
-        translated.save(path, external_data=False)
-        return path.read_bytes()
+    from narx.export.onnx_graph import assembled
+
+    return assembled(checkpoint, dtype)
 
 
 def stamped(data: bytes, identity: str) -> bytes:
@@ -99,46 +79,31 @@ def stamped(data: bytes, identity: str) -> bytes:
     return bytes(model.SerializeToString())
 
 
-def _strip(model: Any) -> None:
-    """Remove the exporter's notes about its sources."""
-    import onnx_ir
-
-    model.metadata_props.clear()
-    model.graph.metadata_props.clear()
-    for node in onnx_ir.traversal.RecursiveGraphIterator(model.graph):
-        node.metadata_props.clear()
-        node.doc_string = None
-        for value in (*node.inputs, *node.outputs):
-            if value is not None:
-                value.metadata_props.clear()
-        for attribute in node.attributes.values():
-            if attribute.type == onnx_ir.AttributeType.GRAPH:
-                attribute.value.metadata_props.clear()
-
-
-def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> Tensor:
-    """Load a file and run it over recordings.
+def loaded(data: bytes) -> GraphRunner:
+    """Load a file to run it over recordings.
 
     Parameters
     ----------
     data : bytes
         From `build`.
-    axis_rates, interval_s, state : Tensor
-        As for `narx.export.graph.SequenceGraph`.
 
     Returns
     -------
-    Tensor, shape (B, N, 3)
-        Angles, rad.
+    callable
+        As `narx.export.graph.GraphRunner`.
     """
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 3  # onnxruntime warns about unused constants left by the exporter
     session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
-    feed = dict(zip(INPUTS, (axis_rates.numpy(), interval_s.numpy(), state.numpy()), strict=True))
-    angles: np.ndarray = session.run(["angles"], feed)[0]
-    return torch.from_numpy(angles)
+
+    def run(*inputs: Tensor) -> Tensor:
+        feed = {name: value.numpy() for name, value in zip(INPUTS, inputs, strict=True)}
+        angles: np.ndarray = session.run(["angles"], feed)[0]
+        return torch.from_numpy(angles)
+
+    return run
 
 
 def read_metadata(path: Path) -> str:

@@ -5,7 +5,7 @@ import io
 import torch
 from torch import Tensor
 
-from narx.export.graph import program
+from narx.export.graph import GraphRunner, program
 from narx.export.torchscript import IDENTITY_FILE
 from narx.inference.checkpoint import Checkpoint
 
@@ -30,21 +30,24 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
     return buffer.getvalue()
 
 
-def run(data: bytes, axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> Tensor:
-    """Load a file and run it over recordings.
+def loaded(data: bytes) -> GraphRunner:
+    """Load a file to run it over recordings.
 
     Parameters
     ----------
     data : bytes
         From `build`.
-    axis_rates, interval_s, state : Tensor
-        As for `narx.export.graph.SequenceGraph`.
 
     Returns
     -------
-    Tensor, shape (B, N, 3)
-        Angles, rad.
+    callable
+        As `narx.export.graph.GraphRunner`.
     """
-    with torch.no_grad():
-        angles, _ = torch.export.load(io.BytesIO(data)).module()(axis_rates, interval_s, state)
-    return angles
+    module = torch.export.load(io.BytesIO(data)).module()
+
+    def run(axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> Tensor:
+        with torch.no_grad():
+            angles: Tensor = module(axis_rates, interval_s, state)[0]
+        return angles
+
+    return run

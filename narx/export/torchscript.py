@@ -3,6 +3,8 @@
 import io
 import warnings
 import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import torch
 from torch import Tensor, nn
@@ -153,9 +155,7 @@ def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
         Content of the file, for `stamped`.
     """
     buffer = io.BytesIO()
-    with warnings.catch_warnings():
-        # newer releases of torch recommend torch.export
-        warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
+    with _deprecation_ignored():
         script = torch.jit.script(ScriptedNarx(checkpoint).to(dtype).eval())
         torch.jit.save(script, buffer, _extra_files={IDENTITY_FILE: ""})
     return buffer.getvalue()
@@ -189,32 +189,39 @@ def stamped(data: bytes, identity: str) -> bytes:
     return changed.getvalue()
 
 
-def run(data: bytes, inputs: Tensor, interval_s: Tensor, start: Tensor | None) -> Tensor:
-    """Load a file and run it over recordings.
+def loaded(data: bytes) -> Callable[[Tensor, Tensor, Tensor | None], Tensor]:
+    """Load a file to run it over recordings.
 
     Parameters
     ----------
     data : bytes
         From `build`.
-    inputs : Tensor, shape (B, N, n_inputs)
-        As for `ScriptedNarx.step`.
-    interval_s : Tensor, shape (B, N)
-        Times since the previous samples, s.
-    start : Tensor, shape (B, 3), or None
-        Known start poses, rad.
 
     Returns
     -------
-    Tensor, shape (B, N, 3)
-        Angles, rad.
+    callable
+        From inputs (B, N, n_inputs), times since the previous samples (B, N), s, and known start
+        poses (B, 3) or None to angles (B, N, 3), rad.
     """
+    with _deprecation_ignored():
+        module = torch.jit.load(io.BytesIO(data))
+
+    def run(inputs: Tensor, interval_s: Tensor, start: Tensor | None) -> Tensor:
+        with _deprecation_ignored():
+            state = module.start(start, [len(inputs)])
+        angles = torch.zeros_like(inputs[..., :3])
+        with torch.no_grad():
+            # torch compiles a step at its second call, a whole recording only after the first one
+            for k in range(inputs.shape[1]):
+                angles[:, k], state = module.step(inputs[:, k], state, interval_s[:, k])
+        return angles
+
+    return run
+
+
+@contextmanager
+def _deprecation_ignored() -> Iterator[None]:
+    """Newer releases of torch recommend torch.export."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="`torch.jit.*` is deprecated")
-        module = torch.jit.load(io.BytesIO(data))
-        state = module.start(start, [len(inputs)])
-    angles = torch.zeros_like(inputs[..., :3])
-    with torch.no_grad():
-        # torch compiles a step at its second call, a whole recording only once it has been run
-        for k in range(inputs.shape[1]):
-            angles[:, k], state = module.step(inputs[:, k], state, interval_s[:, k])
-    return angles
+        yield

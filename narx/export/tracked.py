@@ -23,12 +23,19 @@ class TrackedRecurrence(TrackedState):
     """
 
     def _measured(
-        self, x: Tensor, covariance: Tensor, direction: Tensor, variance: Tensor, residual: Tensor,
+        self, x: Tensor, covariance: Tensor, at: int, variance: Tensor, residual: Tensor,
         applies: Tensor,
     ) -> tuple[Tensor, Tensor]:  # fmt: skip
-        """Kalman update by one number (...), where it applies (0 or 1); direction (..., n)."""
-        spread = (covariance * direction.unsqueeze(-2)).sum(-1)
-        gain = (applies / (variance + (spread * direction).sum(-1))).unsqueeze(-1) * spread
+        """Kalman update by a measurement of one state."""
+        spread = covariance[..., at]
+        return self._updated(x, covariance, spread, spread[..., at] + variance, residual, applies)
+
+    def _updated(
+        self, x: Tensor, covariance: Tensor, spread: Tensor, total: Tensor, residual: Tensor,
+        applies: Tensor,
+    ) -> tuple[Tensor, Tensor]:  # fmt: skip
+        """Kalman update by one number (...), where it applies (0 or 1); spread (..., n)."""
+        gain = (applies / total).unsqueeze(-1) * spread
         moved = covariance - gain.unsqueeze(-1) * spread.unsqueeze(-2)
         absolute = torch.cat([gain[..., :3] + gain[..., 3:6], gain[..., 3:]], dim=-1)
         return x + absolute * residual.unsqueeze(-1), moved
@@ -168,12 +175,17 @@ class TrackedRecurrence(TrackedState):
 
         mean_square = mean_rate[..., 0] ** 2 + mean_rate[..., 1] ** 2 + mean_rate[..., 2] ** 2
         rests = (scatter < p[kernel.REST_LEAST]) & (mean_square < self.limits[1])
+        resting = rests.to(s.dtype)
         for axis in range(3):
             at = kernel.BIAS + axis
             x, covariance = self._measured(
-                x, covariance, e[at], p[kernel.REST_VARIANCE],
-                mean_rate[..., axis] - x[..., at], rests.to(s.dtype),
-            )  # fmt: skip
+                x,
+                covariance,
+                at,
+                p[kernel.REST_VARIANCE],
+                mean_rate[..., axis] - x[..., at],
+                resting,
+            )
         since, idle, samples = since + dt, idle + dt, samples + 1.0
         sum_turn, sums = sum_turn + turn, sums + carried
         if self.aided:
@@ -181,7 +193,7 @@ class TrackedRecurrence(TrackedState):
                 at = kernel.VELOCITY + i
                 usual = p[kernel.SPEED] if i == 0 else zero
                 x, covariance = self._measured(
-                    x, covariance, e[at], p[kernel.VELOCITY_VARIANCE + i], usual - x[..., at], one
+                    x, covariance, at, p[kernel.VELOCITY_VARIANCE + i], usual - x[..., at], one
                 )
 
         swing = (swing + dt * own[..., 0]) / p[kernel.SWING_DECAY]
@@ -231,7 +243,9 @@ class TrackedRecurrence(TrackedState):
             covariance = covariance + of_angle * torch.outer(e[axis], e[axis])
             covariance = covariance + of_posture * self.postures[axis]
             counts = applies * (~alone).to(s.dtype)
-            x, covariance = self._measured(x, covariance, direction, variance, residual, counts)
+            spread = (covariance * direction.unsqueeze(-2)).sum(-1)
+            total = (spread * direction).sum(-1) + variance
+            x, covariance = self._updated(x, covariance, spread, total, residual, counts)
             odds += [torch.where(swung, torch.where(alone, torch.sign(residual), zero), odd)]
         trust = s[..., kernel.TRUST] + applies / doubt
         idle = torch.where(swung & (odds[0] == 0.0) & (odds[1] == 0.0), zero, idle)

@@ -128,17 +128,25 @@ def _stamped(built: _Built, export_format: str, target: Path, about: str) -> dic
 
 
 def _runner(checkpoint: Checkpoint, export_format: str, built: _Built) -> Runner:
-    def run(rates: FloatArray, interval_s: FloatArray, start: FloatArray | None) -> FloatArray:
-        if isinstance(built, dict):
-            return c.run(c.stamped(built, "narx", ""), rates, interval_s, start)
-        signals = torch.from_numpy(rates), torch.from_numpy(interval_s)
-        if export_format == "torchscript":
+    if isinstance(built, dict):
+        return c.loaded(c.stamped(built, "narx", ""))
+    if export_format == "torchscript":
+        script = torchscript.loaded(built)
+
+        def run(rates: FloatArray, interval_s: FloatArray, start: FloatArray | None) -> FloatArray:
             known = None if start is None else torch.from_numpy(start)
-            return np.asarray(torchscript.run(built, *signals, known))
+            return np.asarray(script(torch.from_numpy(rates), torch.from_numpy(interval_s), known))
+
+        return run
+    graph = (torch_export if export_format == "torch_export" else onnx).loaded(built)
+
+    def run_graph(
+        rates: FloatArray, interval_s: FloatArray, start: FloatArray | None
+    ) -> FloatArray:
+        signals = torch.from_numpy(rates), torch.from_numpy(interval_s)
         poses = torch.zeros_like(signals[0][:, 0, :3]) if start is None else torch.from_numpy(start)
         flag = torch.full_like(poses[:, :1], 0.0 if start is None else 1.0)
         state = ClockedRecurrence(checkpoint).to(poses.dtype).start(poses, flag)
-        module = torch_export if export_format == "torch_export" else onnx
-        return np.asarray(module.run(built, *signals, state))
+        return np.asarray(graph(*signals, state))
 
-    return run
+    return run_graph

@@ -60,7 +60,7 @@ def test_time_stamps_equal_the_package(checkpoint, rates):
     stream = OrientationStream(checkpoint.method(), 25.0, n_sensors=1)
     expected = stream.update_block(rates[None], np.cumsum(intervals, axis=1)).angles_rad
     files = c.stamped(c.build(checkpoint, "double"), "narx", "")
-    np.testing.assert_allclose(c.run(files, rates[None], intervals, None), expected, atol=1e-9)
+    np.testing.assert_allclose(c.loaded(files)(rates[None], intervals, None), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)

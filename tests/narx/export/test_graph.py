@@ -37,16 +37,15 @@ def onnx_file(path, dtype):
 
 
 @pytest.mark.parametrize(
-    ("name", "suffix", "load"),
-    [("torch_export", "pt2", torch_export_file), ("onnx", "onnx", onnx_file)],
-)
-@pytest.mark.parametrize(
-    ("checkpoint", "precision", "dtype", "atol_rad"),
-    [("longer_delays", "double", np.float64, 1e-9), ("default", "float", np.float32, 1e-4)],
+    ("checkpoint", "name", "suffix", "load", "precision", "dtype", "atol_rad"),
+    [
+        ("default", "torch_export", "pt2", torch_export_file, "float", np.float32, 1e-4),
+        ("longer_delays", "onnx", "onnx", onnx_file, "double", np.float64, 1e-9),
+    ],
     indirect=["checkpoint"],
 )
 def test_pieces_of_several_sensors_equal_the_package(
-    checkpoint, precision, dtype, atol_rad, name, suffix, load, rates, tmp_path
+    checkpoint, name, suffix, load, precision, dtype, atol_rad, rates, tmp_path
 ):
     if name == "onnx":
         pytest.importorskip("onnxscript")

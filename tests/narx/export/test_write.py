@@ -64,14 +64,17 @@ def test_the_same_network_is_the_same_file(checkpoint, tmp_path):
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
 @pytest.mark.parametrize("error_rad", [2e-9, np.nan])
 def test_no_file_where_the_export_is_another_method(checkpoint, tmp_path, monkeypatch, error_rad):
-    right = torchscript.run
+    right = torchscript.loaded
 
-    def wrong(*arguments):
-        angles = right(*arguments)
-        angles[1] += error_rad
-        return angles
+    def wrong(data):
+        def run(*arguments):
+            angles = right(data)(*arguments)
+            angles[1] += error_rad
+            return angles
 
-    monkeypatch.setattr(torchscript, "run", wrong)
+        return run
+
+    monkeypatch.setattr(torchscript, "loaded", wrong)
     with pytest.raises(UserError, match=r"differs from the package by .* expected at most 1e-09"):
         write(checkpoint, tmp_path / "narx.pt")
     assert not list(tmp_path.iterdir())
