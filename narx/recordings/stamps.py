@@ -8,9 +8,9 @@ one on which the signal is smoother is chosen.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from narx.errors import RecordingError, UserError
+from narx.recordings.arrival import regular_clock
 from narx.types import BoolArray, FloatArray, IntArray
 
 # a lower rate does not resolve a stride; no inertial sensor has a higher rate
@@ -24,13 +24,23 @@ _MOSTLY_THERE, _PAUSE_S = 2.0, 0.5
 _RARE = 0.05
 # fewer samples are too few to judge the fit of a line
 _MIN_SAMPLES = 20
-# the signal must be clearly smoother on the line, and the residuals without structure
+# the signal must be clearly smoother on the line
 _SMOOTHER = 0.7
-_STRUCTURE_S = 0.02
+# intervals between stamps that are this much shorter than the mean one are those of arrival
+_ARRIVAL = 0.1
 # stamps this close are one; the age of the universe in microseconds is less than the other
 _SAME_S, _MAX_TIME_S = 1e-9, 1e24
-# a longer pause between packets is not lost samples of one clock
-_MAX_PERIODS = 1e9
+# times of day and of the hour; counters of 16, 24 and 32 bits in ms and us
+_PERIODS_S = (
+    86400.0,
+    3600.0,
+    *(
+        2.0**bits * unit
+        for bits, unit in ((16, 1e-3), (24, 1e-3), (32, 1e-3), (24, 1e-6), (32, 1e-6))
+    ),
+)
+# largest step across such a beginning, in intervals
+_MOST_INTERVALS = 5.0
 _UNITS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
 _LONG_UNITS = {60.0: "minutes", 3600.0: "hours", 86400.0: "days"}
 
@@ -132,12 +142,18 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     notes: list[str] = []
     if len(rows) < 2:
         return SamplingTimes(time_s, rows)
+    time_s, period_s = _continued(time_s)
+    if period_s:
+        notes.append(f"time begins again after {period_s:.10g} s, continued from there")
     repeated = np.zeros(len(rows), dtype=bool)
     same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
     at_once = np.diff(time_s) == 0
     # if whole packets share a stamp, a sensor at rest also repeats its values
     if at_once.mean() < _RARE:
         repeated[1:] = at_once & same.all(axis=1)
+    # with jitter, equal stamps at rest are those of two samples
+    if repeated.any() and not _is_regular(time_s[~repeated]):
+        repeated &= regular_clock(time_s)[0] is None
     if repeated.any():
         rows = rows[~repeated]
         notes.append(
@@ -153,13 +169,16 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
         once = order[~twice]
         notes.append(f"{twice.sum()} rows that occur twice left out")
         return SamplingTimes(time[once], rows[once], tuple(notes))
-    if (np.diff(time) < 0).any() and _is_regular(time[order]):
+    disordered = bool((np.diff(time) < 0).any())
+    # halves of a recording in the wrong order, or a counter that began again, leave a gap
+    closed = np.diff(time[order]).max() <= 1.5 * np.diff(time).max()
+    if disordered and closed and _is_regular(time[order]):
         moved = int((order != np.arange(len(order))).sum())
         notes.append(f"{moved} rows were out of order and are put in the order of their times")
         return SamplingTimes(time[order], rows[order], tuple(notes))
     if _is_regular(time):
         return SamplingTimes(time, rows, tuple(notes))
-    clock, how = _line(time) if len(time) >= _MIN_SAMPLES else (None, "")
+    clock, how = regular_clock(time) if len(time) >= _MIN_SAMPLES else (None, "")
     increasing = bool((np.diff(time) > _SAME_S).all())
     signal = values[rows]
     if clock is not None:
@@ -172,7 +191,28 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
             f"{where}: time_s does not increase at data row {rows[wrong] + 1} "
             f"({time[wrong - 1]:g} s, then {time[wrong]:g} s)"
         )
+    steps = np.diff(time)
+    pauseless = steps[steps < _PAUSE_S]
+    if clock is None and np.median(steps) < _ARRIVAL * np.mean(pauseless):
+        raise RecordingError(
+            f"{where}: most stamps are {np.median(steps):.3g} s apart, {np.mean(pauseless):.3g} s "
+            "on average, as if taken at arrival, and no regular clock explains them"
+        )
     return SamplingTimes(time, rows, tuple(notes))
+
+
+def _continued(time_s: FloatArray) -> tuple[FloatArray, float]:
+    """Continue a time of day or a counter that began again; 0 as its period if none did."""
+    steps = np.diff(time_s)
+    back = steps < 0
+    interval = float(np.median(steps))
+    if interval <= 0 or not back.any() or back.mean() > _RARE:
+        return time_s, 0.0
+    for period_s in _PERIODS_S:
+        onward = steps[back] + period_s
+        if (onward > 0).all() and (onward < _MOST_INTERVALS * interval).all():
+            return time_s + np.r_[0.0, np.cumsum(back)] * period_s, period_s
+    return time_s, 0.0
 
 
 def _twice(time: FloatArray, values: FloatArray) -> BoolArray:
@@ -220,45 +260,6 @@ def _is_regular(time: FloatArray) -> bool:
         return False
     near = np.abs(multiples - np.maximum(1.0, np.round(multiples))) < _REGULAR
     return bool(np.mean(near) >= _REGULAR_SHARE)
-
-
-def _line(time: FloatArray) -> tuple[FloatArray | None, str]:
-    """Fit a regular clock to stamps; None if the residuals have structure."""
-    first = np.r_[0, np.flatnonzero(np.diff(time) > 0.5 * np.mean(np.diff(time))) + 1]
-    sizes = np.diff(np.r_[first, len(time)])
-    size = int(np.median(sizes))
-    period = float(np.median(np.diff(time[first]))) if len(first) > 1 else np.inf
-    if not np.isfinite(period) or period <= 0:
-        return None, ""
-    periods = np.round(np.diff(time[first]) / period)
-    if periods.max() > _MAX_PERIODS:
-        return None, ""
-    lost = np.maximum(0, periods.astype(int) - 1) * size
-    with_lost = np.arange(len(time)) + np.repeat(np.r_[0, np.cumsum(lost)], sizes)
-    best: tuple[float, FloatArray, FloatArray] | None = None
-    for index in (np.arange(len(time)), with_lost):
-        # only the first sample of a packet carries timing information
-        interval, start = np.polyfit(index[first], time[first] - time[0], 1)
-        residual = time - time[0] - start - interval * index
-        window = max(5 * size, round(1.0 / max(interval, 1e-6)))
-        structure = float(np.ptp(uniform_filter1d(residual, min(window, len(time)))))
-        if best is None or structure < 0.8 * best[0]:
-            best = structure, interval * index, residual + start
-    assert best is not None
-    structure, clock, offset = best
-    if structure > max(0.5 * period, _STRUCTURE_S) or clock[-1] <= 0:
-        return None, ""
-    interval = float(np.median(np.diff(clock)))
-    if size > 1 and np.allclose(np.round(time / period) * period, time, atol=1e-6 * period):
-        kind, start = f"stamps in steps of {period:g} s", float(offset.max())
-    elif size > 1:
-        # a packet arrives no earlier than its last sample was taken
-        last = np.r_[first[1:], len(time)] - 1
-        kind = f"stamps at arrival of packets of {size} samples"
-        start = float(np.quantile(time[first] - time[0] - clock[last], 0.01))
-    else:
-        kind, start = f"jitter of the stamps {1e3 * offset.std():.1f} ms", float(offset.mean())
-    return time[0] + start + clock, f"{kind}: a regular clock of {1 / interval:.6g} Hz in its place"
 
 
 def _roughness(time: FloatArray, values: FloatArray) -> float:

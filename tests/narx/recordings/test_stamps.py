@@ -13,8 +13,21 @@ def _at_arrival(time, size, delay_s=0.006):
     return time[last] + delay_s + 0.0003 * (np.arange(len(time)) % size)
 
 
+def _queued(time, size, mean_delay_s, apart_s):
+    """Packets wait for an exponential time, and none overtakes another."""
+    last = np.minimum(np.arange(len(time)) // size * size + size - 1, len(time) - 1)
+    arrival = np.maximum.accumulate(time[last] + np.repeat(
+        np.random.default_rng(size).exponential(mean_delay_s, len(time) // size), size
+    ))  # fmt: skip
+    # at once, or read out one after the other
+    return arrival + apart_s * (np.arange(len(time)) % size)
+
+
 RNG = np.random.default_rng(0)
 STAMPS = {
+    "exponential delays, equal stamps": (100.0, lambda t: _queued(t, 2, 0.02, 0.0), 0.01),
+    "exponential delays of single samples": (50.0, lambda t: _queued(t, 1, 0.03, 0.0), 0.012),
+    "exponential delays of large packets": (100.0, lambda t: _queued(t, 20, 0.02, 0.0003), 0.01),
     "packets of 6": (60.0, lambda t: _at_arrival(t, 6), 0.008),
     "packets of 10 with one stamp": (100.0, lambda t: t[np.arange(len(t)) // 10 * 10 + 9], 0.002),
     "packets whose radio waits": (
@@ -107,6 +120,30 @@ def test_impossible_rates_are_refused(value):
 def test_an_interval_given_as_rate_is_pointed_out():
     with pytest.raises(UserError, match=r"50 Hz, if it is the interval in s$"):
         checked_rate_hz(0.02, "rate")
+
+
+@pytest.mark.parametrize("period_s", [86400.0, 3600.0, 65.536, 2.0**32 * 1e-6])
+def test_a_time_of_day_and_a_counter_go_on_where_they_begin_again(device_walk, period_s):
+    walk = device_walk(50.0, 30.0)
+    stamps = (walk.time_s + period_s - 12.0) % period_s
+    found = sampling_times(stamps, walk.gyroscope_rad_s, "w")
+    np.testing.assert_allclose(found.time_s, walk.time_s + period_s - 12.0, atol=1e-6)
+    assert found.notes == (f"time begins again after {period_s:.10g} s, continued from there",)
+
+
+def test_halves_in_the_wrong_order_are_not_sorted(device_walk):
+    walk = device_walk(50.0, 30.0)
+    stamps = (walk.time_s + 40.0) % 60.0
+    with pytest.raises(RecordingError, match=r"does not increase at data row 1001 \(59.98 s, then"):
+        sampling_times(stamps, walk.gyroscope_rad_s, "w")
+
+
+def test_arrival_without_a_regular_clock_is_refused(device_walk):
+    walk = device_walk(50.0, 30.0)
+    delay = np.repeat(np.random.default_rng(0).uniform(0.0, 3.0, 15).cumsum(), 100)
+    stamps = _at_arrival(walk.time_s, 4) + delay
+    with pytest.raises(RecordingError, match="as if taken at arrival, and no regular clock"):
+        sampling_times(stamps, walk.gyroscope_rad_s, "w")
 
 
 @pytest.mark.parametrize("rows", [
