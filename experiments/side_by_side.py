@@ -6,6 +6,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 import torch
+from threadpoolctl import threadpool_limits
 
 A = TypeVar("A")
 T = TypeVar("T")
@@ -33,7 +34,8 @@ def side_by_side(work: Callable[[A], T], items: Iterable[A]) -> Iterator[T]:
         Results, in the order of the items.
     """
     n_threads = min(_MOST_THREADS, torch.get_num_threads())
-    with ThreadPoolExecutor(n_threads) as pool:
+    # a product of two long arrays would wait for the BLAS threads of the other item
+    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(n_threads) as pool:
         pending: deque[Future[T]] = deque()
         for item in items:
             pending.append(pool.submit(work, item))
