@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
+from narx.kernels.transfer import copy_row
 
 
 @compiled(**EXACT_INNER)
@@ -50,7 +51,7 @@ def madgwick(
                     gradient[3] = 2.0 * qx * f0 + 2.0 * qy * f1
                     gradient *= gain / np.sqrt(np.sum(gradient * gradient))
             _turn(q, x, y, z, interval, gradient)
-        out[k] = q
+        copy_row(q, out[k])
 
 
 @compiled(**EXACT)
@@ -83,4 +84,4 @@ def mahony(
                 y += proportional * e1 - bias[1]
                 z += proportional * e2 - bias[2]
             _turn(q, x, y, z, interval, nothing)
-        out[k] = q
+        copy_row(q, out[k])

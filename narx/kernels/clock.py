@@ -7,6 +7,7 @@ import numpy as np
 
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
 from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
+from narx.kernels.transfer import copy_row
 
 # columns of the clock's state: whether there has been a sample, time since the latest one, time
 # from the newest tick to that sample, and the latest time stamp, s
@@ -138,7 +139,8 @@ def lay_out(
             )
             if n + lost + due > len(ticks):
                 longer = np.empty((2 * len(ticks) + lost + due, n_columns))
-                longer[:n] = ticks[:n]
+                for i in range(n):
+                    copy_row(ticks[i], longer[i])
                 ticks = longer
             ticks[n : n + lost] = math.nan
             n += lost
@@ -147,7 +149,7 @@ def lay_out(
                 interpolate(samples[b, k], latest[b], back, ticks[n])
                 n += 1
             if arrival[b, k] != MISSING:
-                latest[b] = samples[b, k]
+                copy_row(samples[b, k], latest[b])
             tick_of[b, k] = n - 1 if n > first[b] else -1
             past[b, k] = clock[b, PAST]
     first[n_sensors] = n
@@ -178,14 +180,14 @@ def collect(
         for k in range(n_samples):
             tick = tick_of[b, k]
             if tick >= 0:
-                latest_angles[b] = tick_angles[tick]
+                copy_row(tick_angles[tick], latest_angles[b])
                 latest_starting[b] = tick_starting[tick]
             starting[b, k] = latest_starting[b]
             if quality[b, k] == MISSING:
                 angles[b, k] = np.nan
                 continue
             if past[b, k] == 0.0:
-                angles[b, k] = latest_angles[b]
+                copy_row(latest_angles[b], angles[b, k])
             else:
                 turn_on(latest_angles[b], samples[b, k], past[b, k], angles[b, k])
             if latest_starting[b] and quality[b, k] != AFTER_PAUSE:

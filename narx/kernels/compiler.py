@@ -28,8 +28,6 @@ else:
 
 # exactly the operations in the source
 EXACT: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
-EXACT_INNER: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
-
 JIT: dict[str, Any] = {
     "cache": True,
     "nogil": True,
@@ -38,12 +36,9 @@ JIT: dict[str, Any] = {
 }
 
 # functions called only by kernels: no Python entry point, cached with their callers
-INNER: dict[str, Any] = {
-    **JIT,
-    "cache": False,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
+_UNCALLED: dict[str, Any] = {"cache": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER: dict[str, Any] = {**JIT, **_UNCALLED}
+EXACT_INNER: dict[str, Any] = {**EXACT, **_UNCALLED}
 
 
 def compiled(cache: bool = False, **options: Any) -> Callable[[Any], Any]:

@@ -6,7 +6,14 @@ import numpy as np
 
 from narx.kernels.compiler import INNER, JIT, compiled
 from narx.kernels.coupled_tile import coupled_advance
-from narx.kernels.transfer import TILE_COLUMNS, aligned, columns_for, fetch_weights, lanes_from
+from narx.kernels.transfer import (
+    TILE_COLUMNS,
+    aligned,
+    columns_for,
+    copy_row,
+    fetch_weights,
+    lanes_from,
+)
 
 
 @compiled(**INNER)
@@ -21,7 +28,7 @@ def fetch_scales(scales: Any, postures: Any, sequence: Any, scale: Any, posture:
     for lane in range(len(sequence)):
         for axis in range(3):
             posture[axis, lane] = postures[sequence[lane], axis]
-        scale[:, lane] = scales
+        copy_row(scales, scale[:, lane])
 
 
 @compiled(**INNER)

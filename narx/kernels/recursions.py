@@ -14,6 +14,7 @@ import numpy as np
 
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
 from narx.kernels.limits import COS_FRONTAL_MIN
+from narx.kernels.transfer import copy_row
 
 Recursion = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any]]
 
@@ -127,7 +128,7 @@ def run_recursion(
                 posture[1] + state[1, 0] + interval * state[1, 2],
             )
         else:
-            rate[:] = rates[k]
+            copy_row(rates[k], rate)
         for axis in columns:
             if k > 0 or not fresh:
                 output, memory, before = state[axis, 0], state[axis, 1], state[axis, 2]

@@ -9,6 +9,7 @@ import numpy as np
 
 from narx.kernels.compiler import EXACT, compiled
 from narx.kernels.limits import COS_FRONTAL_MIN
+from narx.kernels.transfer import copy_row
 
 # layout of the state, after angles, rates and weighted sum of angles (three each)
 POSTURE_WEIGHT, TIME_S, MOVING_S, MEAN_SQUARE, KNOWN = 9, 10, 11, 12, 13
@@ -56,7 +57,7 @@ def run_start_up(
             rate[1] = rates[k, 1] * cos_s + rates[k, 2] * sin_s
             rate[0] = rates[k, 0] - sin_f * rate[2]
         else:
-            rate[:] = rates[k]
+            copy_row(rates[k], rate)
         state[TIME_S] += interval
         square = rates[k, 0] ** 2 + rates[k, 1] ** 2 + rates[k, 2] ** 2
         change = (square - state[MEAN_SQUARE]) * interval / (MOVEMENT_TIME_CONSTANT_S + interval)

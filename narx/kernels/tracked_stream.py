@@ -23,6 +23,7 @@ from narx.kernels.clock import (
 from narx.kernels.compiler import EXACT, compiled
 from narx.kernels.tracker import INTERVAL, PARAMETERS, SCALARS, room, step
 from narx.kernels.tracker import MISSING as MISSING_S
+from narx.kernels.transfer import copy_row
 
 
 @compiled(**EXACT)
@@ -85,9 +86,9 @@ def follow(
                     work, moved, features, arguments,
                 )  # fmt: skip
                 state[b, at_works] = 1.0 if works else 0.0
-            latest[:] = sample
+            copy_row(sample, latest)
             if clock[PAST] == 0.0:
-                estimates[b, k, :3] = x[:3]
+                copy_row(x, estimates[b, k, :3])
             else:
                 turn_on(x, sample, clock[PAST], estimates[b, k, :3])
             for axis in range(3):

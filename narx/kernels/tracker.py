@@ -278,7 +278,8 @@ def step(
     if abs(x[0]) > math.pi:
         whole = math.copysign(2.0 * math.pi, x[0])
         x[0] -= whole
-        past[0] -= whole
+        for i in range(past.shape[1]):
+            past[0, i] -= whole
     for axis in range(3):
         work[CARRIED, axis] = x[axis]
     # with a known start the estimated posture does not decay to zero, and the heading never does

@@ -18,6 +18,13 @@ def aligned(n_rows: int, n_columns: int) -> Any:
 
 
 @compiled(**INNER)
+def copy_row(source: Any, out: Any) -> None:
+    """Copy a row; numba's assignment of one array to another takes seconds to compile."""
+    for i in range(len(out)):
+        out[i] = source[i]
+
+
+@compiled(**INNER)
 def columns_for(n: int) -> int:
     """Space for `n` columns and one more vector, in whole vectors."""
     return (n + 7) // 8 * 8 + 8
