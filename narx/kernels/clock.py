@@ -50,7 +50,7 @@ def passed_s(stamps: Any, b: int, k: int, interval: float, clock: Any) -> float:
     return float(stamp - before)
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT)
 def longest_pause(interval: float, max_gap: float, lost_most: int) -> float:
     """Time without a sample that is as good as any longer one."""
     return float(max(2.0 * max_gap, (lost_most + 2) * interval))
