@@ -165,6 +165,7 @@ def test_people_left_out_on_real_pocket_walks(run_command, data_root):
         assert frontal["narx"].mean() < frontal[other].mean()
 
 
+@pytest.mark.slow
 @pytest.mark.recordings
 @pytest.mark.parametrize("source", ["neura_sample", "joint_1to3dof", "broad"])
 def test_every_real_source_runs(run_command, data_root, source):

@@ -87,6 +87,7 @@ def test_tables_average_over_people_and_name_the_knees():
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_the_command_leaves_a_row_a_variant_and_refuses_an_unknown_source(run_command):
     small = (
         "subjects=[S1]",

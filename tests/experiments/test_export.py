@@ -42,6 +42,7 @@ def test_torchscript_file_gives_the_angles_of_the_package(run_command, network, 
     assert [path.name for path in output.parent.iterdir()] == ["narx.pt"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "options", "files"),
     [

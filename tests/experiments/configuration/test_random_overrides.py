@@ -1,6 +1,6 @@
 """Overrides drawn at random from the schemas: each ends with a result or with one line.
 
-A tenth is drawn in continuous integration; all of them:
+A twentieth is drawn in continuous integration; all of them:
 
     NARX_RANDOM_OVERRIDES=500 pytest tests/experiments/configuration/test_random_overrides.py
 """
@@ -23,7 +23,7 @@ from narx.experiments.configuration.components import schema_for
 from narx.experiments.configuration.schemas import SCHEMAS
 from narx.experiments.overrides import readable
 
-N_DRAWN = int(os.environ.get("NARX_RANDOM_OVERRIDES", "50"))
+N_DRAWN = int(os.environ.get("NARX_RANDOM_OVERRIDES", "25"))
 LONGEST_REFUSAL_S = 5.0
 
 HOSTILE = (

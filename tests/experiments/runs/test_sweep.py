@@ -10,6 +10,8 @@ from hydra.core.global_hydra import GlobalHydra
 from narx.errors import UserError
 from narx.experiments.command import command, run_directory
 
+pytestmark = pytest.mark.slow
+
 LAUNCHERS = {
     "basic": [],
     "joblib": ["hydra/launcher=joblib", "hydra.launcher.n_jobs=2"],

@@ -47,6 +47,7 @@ def path(checkpoint, tmp_path):
     return tmp_path / "network.pt"
 
 
+@pytest.mark.slow
 def test_everything_comes_back(checkpoint, path):
     again = checkpoints.load(path)
     assert torch.equal(again.model.weights, checkpoint.model.weights)

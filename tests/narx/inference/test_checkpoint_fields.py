@@ -47,6 +47,7 @@ def changed(content, rng):
     return content, path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sealed", [True, False], ids=["sealed", "unsealed"])
 def test_changed_fields(tmp_path, sealed):
     """NARX_FUZZ_CASES=1000 is the long run."""

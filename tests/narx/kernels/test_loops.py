@@ -83,6 +83,7 @@ def compiled():
     return numbers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", WITHOUT)
 def test_works_without(missing, compiled):
     available, numbers, messages = run(WITHOUT[missing])
