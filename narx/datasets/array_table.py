@@ -81,6 +81,8 @@ class ArrayTable:
             Seconds and a note; None for a column of numbers.
         """
         values = self._read(column)
+        if pd.api.types.is_timedelta64_dtype(values):
+            return np.asarray(values.dt.total_seconds(), dtype=np.float64), ()
         if not pd.api.types.is_datetime64_any_dtype(values):
             return None
         begin = values.iloc[0]
@@ -127,9 +129,9 @@ def read_parquet(path: Path, rows: tuple[int, int] | None = None) -> ArrayTable:
 
     def read(k: int) -> pd.Series:
         try:
-            if rows is None:
-                return pd.read_parquet(path, columns=[names[k]])[names[k]]
             with pyarrow.parquet.ParquetFile(path) as file:
+                if rows is None:
+                    return file.read(columns=[names[k]]).column(0).to_pandas()
                 inside = [group for group in groups if group < len(ends)]
                 column = file.read_row_groups(inside, columns=[names[k]]).column(0)
             skipped = start - (int(ends[groups[0] - 1]) if groups[0] else 0)
@@ -148,7 +150,7 @@ def read_mat_table(path: Path) -> ArrayTable:
     ----------
     path : pathlib.Path
         MATLAB 5 file with vectors (``time_s``, ``gyroscope_x_rad_s``) or arrays of three columns
-        (``gyroscope_rad_s``), whose axes are then x, y, z.
+        (``gyroscope_rad_s``), whose axes are then x, y, z; or with one struct of these.
 
     Returns
     -------
@@ -161,7 +163,10 @@ def read_mat_table(path: Path) -> ArrayTable:
         If it is not a complete MATLAB file, or arrays differ in length.
     """
     columns: dict[str, FloatArray] = {}
-    for name, value in read_mat(regular_file(path)).items():
+    variables = read_mat(regular_file(path))
+    if len(variables) == 1 and hasattr(one := next(iter(variables.values())), "_fieldnames"):
+        variables = {name: getattr(one, name) for name in one._fieldnames}
+    for name, value in variables.items():
         if not isinstance(value, np.ndarray) or value.dtype.kind not in "iuf":
             continue
         if value.ndim == 1:

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from narx.datasets.layout import AXES, CALENDAR, PACKETS, Columns
 from narx.datasets.units import Quantity, factor_to_si, unit_names
@@ -22,11 +22,14 @@ class Found:
         To SI, sign included; NaN for a column that must hold dates and times.
     wraps : int, optional
         As in the description.
+    also : Found, optional
+        The same quantity in another unit, if the table has it twice.
     """
 
     indices: tuple[int, ...]
     factors: tuple[float, ...]
     wraps: int | None = None
+    also: "Found | None" = None
 
 
 def find(
@@ -69,7 +72,7 @@ def find(
     by_unit: dict[str, list[list[int]]] = {}
     for k, matched in enumerate(matches):
         for index, unit in matched:
-            by_unit.setdefault(unit, [[] for _ in axes])[k].append(index)
+            by_unit.setdefault(unit.casefold(), [[] for _ in axes])[k].append(index)
     known = {
         unit: found
         for unit, found in by_unit.items()
@@ -78,7 +81,24 @@ def find(
     if not known:
         return None
     complete = {unit: found for unit, found in known.items() if all(found)}
-    unit, found = next(iter((complete or known).items()))
+    own: dict[str, Found] = {}
+    for unit, found in (complete or known).items():
+        own[unit] = _found(columns, quantity, unit, found, names, units, where)
+    first, *more = own.values()
+    return replace(first, also=more[0]) if more and quantity != "time" else first
+
+
+def _found(
+    columns: Columns,
+    quantity: Quantity,
+    unit: str,
+    found: Sequence[Sequence[int]],
+    names: Sequence[str],
+    units: Sequence[str] | None,
+    where: str,
+) -> Found:
+    """Check that each axis has one column."""
+    axes: Sequence[str] = ("",) if quantity == "time" else AXES
     for k, of_axis in enumerate(found):
         if not of_axis:
             present = names[next(i[0] for i in found if i)]

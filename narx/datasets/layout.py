@@ -118,19 +118,28 @@ class Layout:
 PACKETS = "packets"
 # a column of dates and times has no unit
 CALENDAR = "calendar"
+_TIMES = ("time", "timestamp", "timestamps", "datetime", "date_time", "date time")
 
 
-def _own(name: str) -> tuple[Columns, ...]:
-    """Spellings of a name of the package: unit after it, in brackets, or in the units row."""
-    return tuple(Columns(name + unit) for unit in ("_{unit}", " ({unit})", " [{unit}]", ""))
+_IN_NAME = ("_{unit}", " ({unit})", " [{unit}]", "({unit})", "[{unit}]")
+
+
+def _own(name: str, *short: str) -> tuple[Columns, ...]:
+    """Spellings of a name of the package: unit after it, in brackets, or in the units row.
+
+    Shorter names need the unit, since devices use them for a unit of their own.
+    """
+    full = [Columns(name + unit) for unit in (*_IN_NAME, "")]
+    return (*full, *(Columns(other + unit) for other in short for unit in _IN_NAME))
 
 
 OWN = Layout(
     "narx",
     (
-        *_own("time")[:-1],
-        *(Columns(name, unit=CALENDAR) for name in ("time", "timestamp", "datetime")),
+        *(columns for columns in _own("time") if "{unit}" in columns.names),
+        *(columns for columns in _own("timestamp") if "{unit}" in columns.names),
+        *(Columns(name, unit=CALENDAR) for name in _TIMES),
     ),
-    _own("gyroscope_{axis}"),
-    _own("accelerometer_{axis}"),
+    _own("gyroscope_{axis}", "gyro_{axis}", "gyr_{axis}"),
+    _own("accelerometer_{axis}", "accel_{axis}", "acc_{axis}"),
 )

@@ -18,6 +18,11 @@ from narx.types import FloatArray
 
 # no sensor measures as much, and its squares still fit into a float
 _BEYOND_SENSORS = 1e30
+# two columns of one quantity in different units may be rounded
+_SAME = 0.01
+# times without a unit: the rates of inertial sensors span less than a factor of 1000
+_RATES_HZ = (8.0, 4000.0)
+_TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 class Table(Protocol):
@@ -211,7 +216,16 @@ def _vectors(table: Table, found: Found) -> FloatArray:
                 f"{values[infinite[0]]:g}, expected a finite number"
             )
         columns.append(np.clip(values, -_BEYOND_SENSORS, _BEYOND_SENSORS) * factor)
-    return np.column_stack(columns)
+    vectors = np.column_stack(columns)
+    if found.also is not None:
+        tolerance = _SAME * float(np.nanmax(np.abs(vectors), initial=0.0))
+        other = _vectors(table, found.also)
+        if not np.allclose(vectors, other, atol=tolerance, equal_nan=True):
+            both = " and ".join(table.names[one.indices[0]] for one in (found, found.also))
+            raise RecordingError(
+                f"{table.path}: columns {both} disagree; expected one of them, or columns=..."
+            )
+    return vectors
 
 
 def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
@@ -222,12 +236,9 @@ def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
     calendar = table.seconds(column)
     if calendar is not None:
         return calendar
-    if np.isnan(found.factors[0]):
-        raise RecordingError(
-            f"{where}: column {table.names[column]} has numbers without a unit, expected a name "
-            "such as time_s or time_ms, or dates and times"
-        )
     stamps = table.numbers(column)
+    if np.isnan(found.factors[0]):
+        return _in_likely_unit(stamps, table.names[column], where)
     if found.wraps is not None:
         stamps = _unwrapped(stamps, found.wraps)
     stamps = stamps * found.factors[0]
@@ -236,6 +247,21 @@ def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
         rate = checked_rate_hz(match[1] if match else None, f"{where}: rate in the comments")
         stamps = (stamps - stamps[0]) / rate
     return stamps, ()
+
+
+def _in_likely_unit(
+    stamps: FloatArray, name: str, where: str
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Convert times without a unit, by the only unit that gives the rate of an inertial sensor."""
+    step = float(stamps[-1] - stamps[0]) / max(1, len(stamps) - 1) if len(stamps) else np.nan
+    for unit, factor in _TIME_UNITS.items():
+        if step > 0 and _RATES_HZ[0] <= 1.0 / (step * factor) < _RATES_HZ[1]:
+            note = f"column {name} has no unit: taken as {unit}, {1.0 / (step * factor):.4g} Hz"
+            return stamps * factor, (note,)
+    raise RecordingError(
+        f"{where}: column {name} has numbers without a unit, which are {step:g} apart; expected a "
+        "name such as time_s or time_ms, or dates and times"
+    )
 
 
 def _unwrapped(counter: FloatArray, wraps: int) -> FloatArray:

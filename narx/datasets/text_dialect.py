@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from narx.datasets.calendar_times import seconds_of
+from narx.datasets.text_encoding import decoded
 from narx.datasets.units import is_unit
 from narx.errors import RecordingError
 from narx.recordings.input_file import check_memory, regular_file
@@ -26,9 +27,11 @@ _COMMENT = ("#", "%", "//")
 _SAMPLE = 60
 _MISSING = frozenset(
     ("", "na", "n/a", "#n/a", "nan", "-nan", "null", "none", "nil", "<na>", "-", "--", "?", ".",
-     "missing", "#value!", "#num!", "n.a.", "---", "----", "*", "''", "k.a.", "void", "invalid")
+     "missing", "#value!", "#num!", "n.a.", "---", "----", "*", "''", "k.a.", "void", "invalid",
+     "#div/0!", "#ref!", "<null>", "n.d.", "nd", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind")
 )  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(\d+([., '\u00a0\u202f]\d+)*[.,]?|[.,]\d+)([eE][+-]?\d+)?")
+_WHOLE_QUOTED = re.compile(r'\s*"[^"]*[,;\t|][^"]*"\s*')
 _GROUPED = {
     ".": re.compile(r"[+-]?\d{1,3}([, '\u00a0\u202f]\d{3})+(\.\d*)?"),
     ",": re.compile(r"[+-]?\d{1,3}([. '\u00a0\u202f]\d{3})+(,\d*)?"),
@@ -168,16 +171,19 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
     """
     data = regular_file(path).read_bytes() if content is None else content
     check_memory(path, _MEMORY_PER_BYTE * len(data))
-    text, notes = _decoded(path, data)
+    text, notes = decoded(path, data)
     lines = [
         (number, line)
         for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1)
         if line.strip()
     ]
     separator = None
-    if lines and (declared := re.match(r'"?sep=(.)', lines[0][1], re.IGNORECASE)):
-        separator = declared[1]
+    if lines and (declared := re.match(r'"?sep=(\\t|.)', lines[0][1], re.IGNORECASE)):
+        separator = declared[1].replace("\\t", "\t")
         lines = lines[1:]
+    if lines and all(_WHOLE_QUOTED.fullmatch(line) for _, line in lines):
+        # a spreadsheet took each line for one cell
+        lines = [(number, line.strip()[1:-1]) for number, line in lines]
     comments = [(number, line) for number, line in lines if line.lstrip().startswith(_COMMENT)]
     lines = [(number, line) for number, line in lines if not line.lstrip().startswith(_COMMENT)]
     if not lines:
@@ -186,7 +192,10 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
         separator = _separator([line for _, line in lines])
     rows = _split([line for _, line in lines], separator)
     width = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)[0][0]
-    begin = next((k for k, row in enumerate(rows) if _is_data(row, width)), len(rows))
+    begin = next(
+        (k for k, row in enumerate(rows) if _is_data(row, width) and any(map(_is_number, row))),
+        len(rows),
+    )
     end = max((k + 1 for k, row in enumerate(rows) if _is_data(row, width)), default=len(rows))
     while end < len(rows) and not _is_remark(rows[end]):
         end += 1
@@ -216,26 +225,6 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
         tuple(line.strip() for number, line in comments if number < line_numbers[0]),
         tuple([f"read as text: {', '.join(notes)}"] if notes else []),
     )
-
-
-def _decoded(path: Path, data: bytes) -> tuple[str, list[str]]:
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encoding = "utf-16"
-    elif data[1:200:2].count(0) > 40 and not data[0:200:2].count(0):
-        encoding = "utf-16-le"
-    else:
-        encoding = "utf-8-sig"
-    notes = [] if encoding == "utf-8-sig" else ["UTF-16"]
-    try:
-        text = data.decode(encoding)
-    except UnicodeDecodeError as error:
-        if encoding != "utf-8-sig" or re.search(rb"[\x00-\x08\x0e-\x1f]", data):
-            raise RecordingError(f"{path}: cannot be read as text ({error})") from None
-        # a degree sign or a name with an accent in the code page of a Western Windows
-        text, notes = data.decode("cp1252", errors="replace"), ["code page 1252"]
-    if "\0" in text:
-        raise RecordingError(f"{path}: cannot be read as text (a zero byte)")
-    return text, notes
 
 
 def _split(lines: list[str], separator: str) -> list[list[str]]:
@@ -273,7 +262,13 @@ def _is_number(cell: str) -> bool:
 def _is_data(row: list[str], width: int) -> bool:
     if abs(len(row) - width) > 1:
         return False
-    return any(map(_is_number, row)) or all(cell.strip().lower() in _MISSING for cell in row)
+    cells = [cell.strip() for cell in row]
+    if all(cell.lower() in _MISSING for cell in cells):
+        return True
+    numbers = sum(map(_is_number, cells))
+    # a line of metadata, "Rate,50,,", has as many words
+    words = sum(cell.lower() not in _MISSING and ":" not in cell for cell in cells) - numbers
+    return numbers > max(0, words)
 
 
 def _is_remark(row: list[str]) -> bool:
@@ -293,7 +288,7 @@ def _header(
     fitting = [_cut(row, width) for row in above]
     fitting = [row for row in fitting if width - 1 <= len(row) <= width]
     units = None
-    if len(fitting) > 1 and all(is_unit(cell) for cell in fitting[-1]):
+    if len(fitting) > 1 and _are_units(fitting[-1]):
         units = tuple(cell.strip() for cell in fitting[-1])
         fitting = fitting[:-1]
     if not fitting:
@@ -307,7 +302,13 @@ def _header(
             f"{path}: no header line with {width} names above the numbers; found {found}"
             + (f"; are both fields and decimals separated by '{separator}'?" if halves else "")
         )
-    return [cell.strip().strip('"').strip() for cell in fitting[-1]], units
+    return [cell.strip().strip("\"'").strip() for cell in fitting[-1]], units
+
+
+def _are_units(row: list[str]) -> bool:
+    """Return whether at least half of the cells are units; unknown ones are reported later."""
+    cells = [cell for cell in row if cell.strip().lower() not in ("", "-", "n/a", "unit", "units")]
+    return 2 * sum(map(is_unit, cells)) >= max(1, len(cells))
 
 
 def _cut(row: list[str], width: int) -> list[str]:

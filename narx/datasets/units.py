@@ -9,37 +9,51 @@ from narx.recordings.trial import GRAVITY_M_S2
 
 Quantity = Literal["time", "gyroscope", "accelerometer"]
 
-# the first spelling of a unit is the suffix of the package's own column names
+# The first spelling of a unit is the suffix of the package's own column names; others are as
+# `_plain` leaves them.
 _SPELLINGS: dict[Quantity, dict[float, tuple[str, ...]]] = {
     "time": {
-        1.0: ("s", "sec", "secs", "second", "seconds"),
-        1e-3: ("ms", "msec", "millisecond", "milliseconds"),
-        1e-6: ("us", "µs", "μs", "usec", "microsecond", "microseconds"),
-        1e-9: ("ns", "nsec", "nanosecond", "nanoseconds"),
+        1.0: ("s",),
+        1e-3: ("ms", "msec", "msecs", "millis", "milliseconds"),
+        1e-6: ("us", "usec", "usecs", "micros", "microseconds"),
+        1e-9: ("ns", "nsec", "nsecs", "nanos", "nanoseconds"),
         60.0: ("min", "mins", "minute", "minutes"),
         3600.0: ("h", "hr", "hrs", "hour", "hours"),
         86400.0: ("d", "day", "days"),
     },
     "gyroscope": {
-        1.0: ("rad_s", "rad/s", "rad/sec", "rads", "radian/s", "radians/s", "rad s-1", "rad*s-1"),
-        np.pi / 180.0: (
-            "deg_s", "deg/s", "deg/sec", "dps", "°/s", "º/s", "degree/s", "degrees/s",
-            "deg s-1", "deg*s-1", "°/sec",
-        ),
+        1.0: ("rad_s", "rad/s", "rads", "radps"),
+        np.pi / 180.0: ("deg_s", "deg/s", "dps", "degs", "degps"),
         np.pi / 180e3: ("mdps", "mdeg/s", "mdeg_s"),
-        1e-3: ("mrad_s", "mrad/s", "mrad/sec", "mrads"),
+        1e-3: ("mrad_s", "mrad/s", "mrads"),
         np.pi / 30.0: ("rpm", "rev/min", "rev_min", "1/min", "r/min"),
         2.0 * np.pi: ("rev_s", "rev/s", "rps", "turns/s"),
     },
     "accelerometer": {
-        1.0: ("m_s2", "m/s^2", "m/s2", "m/s²", "m/s/s", "m/(s^2)", "m/(s2)", "ms-2", "m s-2",
-              "m*s-2", "m/sec^2", "m/sec2"),
+        1.0: ("m_s2", "m/s2", "m/s/s", "m/(s2)", "ms-2", "mps2"),
         GRAVITY_M_S2: ("g", "gs"),
         1e-3 * GRAVITY_M_S2: ("mg", "mgs"),
-        1e-2: ("cm_s2", "cm/s^2", "cm/s2", "cm/s²", "gal"),
-        1e-3: ("mm_s2", "mm/s^2", "mm/s2", "mm/s²"),
+        1e-2: ("cm_s2", "cm/s2", "gal"),
+        1e-3: ("mm_s2", "mm/s2"),
     },
-}  # fmt: skip
+}
+_PLAIN = (
+    (r"[\u00b5\u03bc]", "u"),
+    (r"[\u00b0\u00ba]", "deg"),
+    (r"[\u207b\u2212]", "-"),
+    ("\u00b9", "1"),
+    ("\u00b2", "2"),
+    (r"\bper\b", "/"),
+    (r"\^|\*\*", ""),
+    (r"[*\u00b7\u22c5.]+", " "),
+    (r"\b(seconds?|secs?)\b", "s"),
+    (r"(?<=[_/])(seconds?|secs?)", "s"),
+    (r"radians?", "rad"),
+    (r"degrees?", "deg"),
+    (r"\b(metres?|meters?)\b", "m"),
+    (r"\s*/\s*", "/"),
+    (r"\s+s-([12])$", lambda match: "/s" + match[1].replace("1", "")),
+)
 
 
 def factor_to_si(quantity: Quantity, unit: str) -> float | None:
@@ -57,7 +71,7 @@ def factor_to_si(quantity: Quantity, unit: str) -> float | None:
     float or None
         To s, rad/s or m/s^2; None for an unknown unit.
     """
-    bare = _without_brackets(unit).casefold()
+    bare = _plain(_without_brackets(unit))
     for factor, spellings in _SPELLINGS[quantity].items():
         if bare in spellings:
             return factor
@@ -96,6 +110,14 @@ def is_unit(text: str) -> bool:
     if _without_brackets(text) in ("", "-", "1", "n/a"):
         return True
     return any(factor_to_si(quantity, text) is not None for quantity in _SPELLINGS)
+
+
+def _plain(unit: str) -> str:
+    """Reduce spellings: ``rad·s⁻¹``, ``radians per second`` and ``rad / sec`` are ``rad/s``."""
+    text = unit.casefold()
+    for pattern, plain in _PLAIN:
+        text = re.sub(pattern, plain, text)
+    return text.strip()
 
 
 def _without_brackets(text: str) -> str:

@@ -77,11 +77,12 @@ def regular_clock(time_s: FloatArray) -> tuple[FloatArray | None, str]:
             interval, start = _line_below(index, time_s)
         else:
             # only the first sample of a step carries timing information
-            interval, start = np.polyfit(index[first], time_s[first] - time_s[0], 1)
-        residual = time_s - time_s[0] - start - interval * index
+            slope, offset_s = np.polyfit(index[first], time_s[first] - time_s[0], 1)
+            interval, start = float(slope), float(offset_s)
+        residual: FloatArray = time_s - time_s[0] - start - interval * index
         structure = _structure_s(residual, interval, size, arrived)
         if interval > 0 and (best is None or structure < 0.8 * best[0]):
-            best = structure, interval * index, residual + start
+            best = structure, np.asarray(interval * index), residual + start
     if best is None:
         return None, ""
     structure, clock, offset = best
@@ -134,4 +135,4 @@ def _line_below(index: IntArray, time_s: FloatArray) -> tuple[float, float]:
     edge = next((k for k in range(1, len(hull) - 1) if hull[k][0] >= middle), len(hull) - 1)
     (x0, y0), (x1, y1) = hull[edge - 1], hull[edge]
     tilt = (y1 - y0) / (x1 - x0) if x1 > x0 else 0.0
-    return slope + tilt, start + y0 - tilt * x0
+    return float(slope) + tilt, float(start) + y0 - tilt * x0

@@ -29,6 +29,8 @@ _CERTAIN_CORRELATION = -0.45
 # the relation holds closely: check the scale and the sign of each axis
 _CLOSE_R2 = 0.8
 _SCALES = (0.7, 1.4)
+# ratio of the unexplained variances in the file's order of axes and in the best one
+_EXCHANGED = 2.5
 _REVERSED, _REVERSED_T = -0.3, -8.0
 
 
@@ -173,7 +175,7 @@ def contradiction(fit: Fit) -> str | None:
     str or None
         The contradiction and its likely cause; None if there is none.
     """
-    if fit.r2_of_order > _CLOSE_R2 and fit.r2 < 0.5 * fit.r2_of_order:
+    if fit.r2_of_order > _CLOSE_R2 and 1.0 - fit.r2 > _EXCHANGED * (1.0 - fit.r2_of_order):
         return (
             f"the accelerometer fits the gyroscope's axes in the order {fit.order}: columns are "
             "exchanged"

@@ -26,6 +26,9 @@ _SLOW_RAD_S = np.radians(6.0)
 _STRIDES_HZ = (0.4, 3.0)
 # times in minutes have intervals below this, if the rate is above 7 Hz
 _FAST_S = 1.0 / 400.0
+# times in tenths of a second have intervals above this, if the rate is below 250 Hz
+_SLOW_S = 1.0 / 25.0
+_MAX_SLOW_SWING_RAD = np.radians(90.0)
 _STRIDES_SHARE = 0.5
 # above the 50 g measured on a shank and the range of any accelerometer
 _IMPOSSIBLE_M_S2 = 1000.0 * GRAVITY_M_S2
@@ -74,6 +77,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
         time, gyroscope, force = time[~repeats], gyroscope[~repeats], force[~repeats]
     gyroscope, faults = without_faults(time, gyroscope)
     _check_minutes(time, gyroscope, where)
+    _check_tenths(time, gyroscope, where)
     _check_unit(time, gyroscope, where)
     return replace(
         recording,
@@ -191,6 +195,22 @@ def _check_minutes(time: FloatArray, rate: FloatArray, where: str) -> None:
         raise RecordingError(
             f"{where}: the segment swings as in a walk, but sixty times as fast, at "
             f"{1.0 / interval:.4g} Hz; are the times in minutes?"
+        )
+
+
+def _check_tenths(time: FloatArray, rate: FloatArray, where: str) -> None:
+    """Refuse a walk that is ten times too slow, and swings ten times too far."""
+    interval = float(np.median(np.diff(time)))
+    if interval < _SLOW_S or not np.isfinite(rate).all(axis=1).any():
+        return
+    known = np.nan_to_num(rate - np.nanmedian(rate, axis=0))
+    angle = np.cumsum(known, axis=0) * interval
+    window = min(len(time), round(10.0 * _SWING_WINDOW_S / interval))
+    swing = np.abs(angle - uniform_filter1d(angle, window, axis=0, mode="nearest"))
+    if np.quantile(swing.max(axis=1), 0.9) > _MAX_SLOW_SWING_RAD and _strides(known, interval / 10):
+        raise RecordingError(
+            f"{where}: the segment swings as in a walk, but a tenth as fast and ten times as far, "
+            f"at {1.0 / interval:.4g} Hz; are the times in tenths of a second?"
         )
 
 

@@ -5,6 +5,7 @@ import pandas as pd
 import pyarrow
 import pyarrow.parquet
 import pytest
+import scipy.io
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -94,3 +95,28 @@ def test_a_parquet_file_of_billions_of_equal_values_is_refused(tmp_path):
     assert path.stat().st_size < 2**20
     with pytest.raises(RecordingError, match="more than the limit of 4096 MiB"):
         read_recording(path)
+
+
+@pytest.mark.parametrize("kind", ["index", "dates as index", "elapsed"])
+def test_parquet_with_times_as_pandas_writes_them(tmp_path, device_walk, kind):
+    walk = device_walk(50.0, 6.0)
+    table = pd.DataFrame(walk.columns())
+    if kind == "dates as index":
+        table["time"] = pd.Timestamp("2024-05-01T10:00") + pd.to_timedelta(table.time_s, unit="s")
+    elif kind == "elapsed":
+        table["time"] = pd.to_timedelta(table.time_s, unit="s")
+    if kind != "index":
+        table = table.drop(columns="time_s")
+    if kind != "elapsed":
+        table = table.set_index("time_s" if kind == "index" else "time")
+    table.to_parquet(tmp_path / "walk.parquet")
+    recording = read_recording(tmp_path / "walk.parquet")
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-6)
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s)
+
+
+def test_a_matlab_struct_of_arrays(tmp_path, device_walk):
+    walk = device_walk(50.0, 6.0)
+    scipy.io.savemat(tmp_path / "walk.mat", {"imu": walk.columns()})
+    recording = read_recording(tmp_path / "walk.mat")
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s)

@@ -52,6 +52,23 @@ DIALECTS = {
     "byte order mark": lambda plain, text: b"\xef\xbb\xbf" + plain.encode(),
     "utf-16": lambda plain, text: plain.encode("utf-16"),
     "utf-16 without mark": lambda plain, text: plain.encode("utf-16-le"),
+    "utf-16, big end first": lambda plain, text: plain.encode("utf-16-be"),
+    "utf-32": lambda plain, text: plain.encode("utf-32"),
+    "sep= as an escape": lambda plain, text: b"sep=\\t\n" + text("\t").encode(),
+    "whole lines quoted": lambda plain, text: (
+        "\n".join(f'"{line}"' for line in _lines(plain)).encode() + b"\n"
+    ),
+    "end of a DOS file": lambda plain, text: plain.encode() + b"\x1a",
+    "sign of typography": lambda plain, text: plain.replace("-", "\u2212").encode(),
+    "metadata as wide as the table": lambda plain, text: (
+        b"Rate,50,,,,,\nSerial,7,,,,,\n,,,,,,\n" + plain.encode()
+    ),
+    "short names": lambda plain, text: (
+        plain.replace("gyroscope", "gyr").replace("accelerometer", "acc").encode()
+    ),
+    "units in brackets without a blank": lambda plain, text: (
+        plain.replace("_rad_s", "(rad/s)").replace("_m_s2", "[m/s^2]").encode()
+    ),
     "carriage returns": lambda plain, text: plain.replace("\n", "\r\n").encode(),
     "old Mac": lambda plain, text: plain.replace("\n", "\r").encode(),
     "quoted header": lambda plain, text: _quoted(plain).encode(),
@@ -221,10 +238,67 @@ def test_times_of_day_pass_midnight(tmp_path, walk, text_of, form):
             read_recording(path)
 
 
-def test_numbers_in_a_column_of_time_need_a_unit(tmp_path, walk, text_of):
+@pytest.mark.parametrize(("factor", "unit"), [(1, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")])
+def test_times_without_a_unit_are_read_by_their_rate(tmp_path, walk, text_of, factor, unit):
     path = tmp_path / "walk.csv"
-    path.write_text(text_of(walk.columns()).replace("time_s", "time"))
-    with pytest.raises(RecordingError, match="column time has numbers without a unit"):
+    columns = walk.columns()
+    columns["time_s"] = walk.time_s * factor
+    path.write_text(text_of(columns).replace("time_s", "timestamp"))
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-5)
+    assert recording.notes[0] == f"column timestamp has no unit: taken as {unit}, 50 Hz"
+
+
+def test_times_without_a_unit_that_have_no_likely_one_are_refused(tmp_path, walk, text_of):
+    path = tmp_path / "walk.csv"
+    path.write_text(
+        text_of(walk.columns() | {"time_s": walk.time_s / 3600.0}).replace("time_s", "time")
+    )
+    with pytest.raises(RecordingError, match="column time has numbers without a unit, which are"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(
+    "unit",
+    ["deg/sec", "degrees per second", "deg·s⁻¹", "deg s^-1", "° / s", "Deg/Second", "[deg.s-1]"],
+)
+def test_spellings_of_a_unit(tmp_path, walk, text_of, unit):
+    columns = walk.columns()
+    bare = dict(zip(["time_s", *(f"gyroscope_{a}" for a in "xyz")], columns.values(), strict=True))
+    path = tmp_path / "walk.csv"
+    path.write_text(_after_header(text_of(bare), f"seconds,{unit},{unit},{unit}"), "utf-8")
+    found = read_recording(path).gyroscope_rad_s
+    np.testing.assert_allclose(found, np.radians(walk.gyroscope_rad_s), atol=1e-5)
+
+
+def test_an_unknown_unit_in_the_units_row_is_named(tmp_path, walk, text_of):
+    path = tmp_path / "walk.csv"
+    path.write_text(_after_header(text_of(walk.columns()), "s,furlong/s,rad/s,rad/s"))
+    with pytest.raises(RecordingError, match="has unit 'furlong/s', expected one of rad_s"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(("factor", "agrees"), [(180.0 / np.pi, True), (0.0, False)])
+def test_a_quantity_in_two_units_must_agree(tmp_path, walk, text_of, factor, agrees):
+    columns = walk.columns()
+    for axis in "xyz":
+        columns[f"gyroscope_{axis}_deg_s"] = factor * columns[f"gyroscope_{axis}_rad_s"]
+    path = tmp_path / "walk.csv"
+    path.write_text(text_of(columns))
+    if agrees:
+        found = read_recording(path).gyroscope_rad_s
+        np.testing.assert_allclose(found, walk.gyroscope_rad_s, atol=1e-5)
+        return
+    with pytest.raises(RecordingError, match="gyroscope_x_rad_s and gyroscope_x_deg_s disagree"):
+        read_recording(path)
+
+
+def test_a_name_in_other_letters_is_the_same_column(tmp_path, walk, text_of):
+    columns = walk.columns()
+    columns["GYROSCOPE_X_RAD_S"] = columns["gyroscope_x_rad_s"]
+    path = tmp_path / "walk.csv"
+    path.write_text(text_of(columns))
+    with pytest.raises(RecordingError, match="occurs 2 times"):
         read_recording(path)
 
 

@@ -50,6 +50,8 @@ def test_a_sensor_that_only_turns_gives_slope_one(walk):
         (lambda w: w * MIRROR, lambda f: f, "turns the other way"),
         (lambda w: w * [-1, 1, 1], lambda f: f, "gyroscope x turns the other way"),
         (lambda w: w[:, [1, 0, 2]], lambda f: f, "axes in the order yxz: columns are exchanged"),
+        (lambda w: w[:, [0, 2, 1]], lambda f: f, "axes in the order xzy: columns are exchanged"),
+        (lambda w: w[:, [2, 1, 0]], lambda f: f, "axes in the order zyx: columns are exchanged"),
     ],
 )
 def test_unit_sign_and_handedness(walk, gyroscope, accelerometer, message, noise):

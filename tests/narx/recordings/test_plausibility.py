@@ -34,6 +34,7 @@ def test_a_walk_passes_unchanged(walk):
         (lambda w: {"time_s": w.time_s + 1e9 * (w.time_s > 10)}, "1e.09 s without a sample after"),
         (lambda w: {"time_s": 1000 * w.time_s}, "milliseconds"),
         (lambda w: {"time_s": w.time_s / 60.0}, "are the times in minutes"),
+        (lambda w: {"time_s": 10.0 * w.time_s}, "are the times in tenths of a second"),
         (lambda w: {"time_s": w.time_s / 3600.0}, "hours"),
         (lambda w: {"time_s": w.time_s / 86400.0}, "days"),
     ],
@@ -42,6 +43,12 @@ def test_implausible_leg_motion_is_refused(walk, change, message):
     with pytest.raises(RecordingError, match=f"^w: .*{message}") as caught:
         admit(walk.recording(**change(walk)), "w")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("rate_hz", [10.0, 20.0])
+def test_a_slow_sensor_is_not_taken_for_times_in_tenths(device_walk, rate_hz):
+    walk = device_walk(rate_hz, 60.0)
+    assert admit(walk.recording(), "w").notes == ()
 
 
 def test_who_stands_is_not_taken_for_a_walker_in_another_unit(walk):
