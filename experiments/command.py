@@ -137,8 +137,10 @@ def command(
             except Exception as error:
                 if isinstance(error, OSError) and not started:  # a file of that name
                     sys.exit(_report(_about_writing(error)))
-                # e.g. Optuna raises when there is no best trial because all have failed
-                status = 0 if SweepReport.current is None else SweepReport.current.report()
+                # e.g. Optuna raises when there is no best trial because all have failed, and
+                # launchers when the process of a job was killed
+                report = SweepReport.current
+                status = 0 if report is None else max(report.report(), report.report_killed())
                 if status == 0 and not started:  # Hydra's plugins raise exceptions of any type
                     status = _report(composition_mistake(error, config_name, sys.argv[1:]))
                 if status == 0:
@@ -172,6 +174,10 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
             if not in_sweep():
                 _print_interrupted(f"repeat the command with hydra.run.dir={folder} to continue")
                 sys.exit(INTERRUPTED_STATUS)
+            raise
+        except SystemExit as stop:
+            if in_sweep():  # it would end the other jobs, too
+                raise RuntimeError(f"the job has called sys.exit({stop.code})") from stop
             raise
         shutil.rmtree(folder / _LAST, ignore_errors=True)
         run.end("finished", value=value)

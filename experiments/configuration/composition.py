@@ -41,7 +41,7 @@ def composition_mistake(error: BaseException, command: str, overrides: Sequence[
         deepest = max(overrides, key=lambda override: override.count("[") + override.count("{"))
         return f"{_beginning(deepest)}: nested too deeply"
     if isinstance(error, OverrideParseException) or not isinstance(error, HydraException):
-        for override in overrides:
+        for override in (text for text in overrides if not text.startswith("-")):
             reason = _unreadable(override)
             if reason:
                 return reason

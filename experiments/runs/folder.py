@@ -88,6 +88,35 @@ def read_record(folder: Path) -> dict[str, Any] | None:
     return dict(record)
 
 
+def is_abandoned(folder: Path) -> bool:
+    """Tell whether a run was started and no process is working on it.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        The run's folder.
+
+    Returns
+    -------
+    bool
+        False if the run has ended, or a process holds the folder's lock.
+
+    Raises
+    ------
+    UserError
+        If ``run.json`` is not the record of a run.
+    """
+    record = read_record(folder)
+    if record is None or record["state"] != "started":
+        return False
+    lock = FileLock(folder / _LOCK)
+    try:
+        with lock.acquire(timeout=0):
+            return True
+    except Timeout:
+        return False
+
+
 @contextmanager
 def claimed(folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]) -> Iterator[Run]:
     """Lock a folder for a run, and record how the run ends.

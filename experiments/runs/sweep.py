@@ -4,6 +4,7 @@ import contextlib
 import json
 import shutil
 import sys
+import time
 import uuid
 from pathlib import Path
 from typing import Any, ClassVar
@@ -15,6 +16,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig
 
 from narx.errors import user_error_behind
+from narx.experiments.runs.folder import RECORD, is_abandoned
 from narx.experiments.runs.record import write_json
 
 USER_ERROR_STATUS = 2
@@ -33,6 +35,7 @@ class SweepReport(Callback):
 
     def __init__(self) -> None:
         self._failures: Path | None = None
+        self._begun_s = 0.0
 
     def on_multirun_start(self, config: DictConfig, **further: Any) -> None:
         """Name the jobs' folders by the overrides that vary, and prepare the reports of failures.
@@ -48,6 +51,7 @@ class SweepReport(Callback):
         with contextlib.suppress(OSError):  # if it fails here, Hydra's own attempt reports it
             sweep.mkdir(parents=True, exist_ok=True)
         self._failures = sweep / ".failures" / uuid.uuid4().hex
+        self._begun_s = time.time()
         SweepReport.current = self
         overrides = OverridesParser.create().parse_overrides(list(config.hydra.overrides.task))
         fixed = [o.get_key_element() for o in overrides if not o.is_sweep_override()]
@@ -79,7 +83,7 @@ class SweepReport(Callback):
             {
                 "job": config.hydra.job.num,
                 "overrides": config.hydra.job.override_dirname,
-                "reason": str(mistake or f"{type(error).__name__}: {error}"),
+                "reason": " ".join(str(mistake or f"{type(error).__name__}: {error}").split()),
                 "user_error": mistake is not None,
                 "folder": config.hydra.runtime.output_dir,
             },
@@ -125,3 +129,26 @@ class SweepReport(Callback):
             )
         shutil.rmtree(self._failures)
         return USER_ERROR_STATUS if all(f["user_error"] for f in failures) else _FAULT_STATUS
+
+    def report_killed(self) -> int:
+        """Print a line for each run whose process has ended without recording how.
+
+        Returns
+        -------
+        int
+            Exit status: 0 if there is none, otherwise 1.
+        """
+        if self._failures is None:
+            return 0
+        killed = [
+            path.parent
+            for path in sorted(self._failures.parents[1].glob(f"*/{RECORD}"))
+            if path.stat().st_mtime >= self._begun_s and is_abandoned(path.parent)
+        ]
+        for folder in killed:
+            print(
+                f"error: {folder}: its process has ended without a result, for example killed "
+                "for lack of memory; repeat the command to run what is missing",
+                file=sys.stderr,
+            )
+        return _FAULT_STATUS if killed else 0

@@ -1,6 +1,8 @@
 """A failing job does not stop the other jobs of its sweep, with any launcher."""
 
 import logging
+import os
+import signal
 import sys
 from pathlib import Path
 
@@ -25,7 +27,11 @@ def train(cfg):
     if cfg.model.hidden == 0:
         raise UserError("model.hidden is 0, expected a whole number from 1 to 64")
     if cfg.model.hidden == 9:
-        raise KeyError("a fault of the program")
+        raise KeyError("a fault of the program,\nin two lines")
+    if cfg.model.hidden == 10:
+        sys.exit(3)
+    if cfg.model.hidden == 11:
+        os.kill(os.getpid(), signal.SIGKILL)
     (run_directory() / "checkpoint.txt").write_text(f"{cfg.model.hidden} {cfg.seed}")
     return float(cfg.model.hidden)
 
@@ -97,10 +103,38 @@ def test_a_fault_of_the_program_has_its_traceback_in_the_run(launch):
     assert status == 1
     assert checkpoints("SW") == ["2 0"]
     (line, other) = [line for line in err.splitlines() if line.startswith("error: ")]
-    assert "KeyError: 'a fault of the program'" in line
+    assert r"KeyError: 'a fault of the program,\nin two lines'" in line
     assert "model.hidden is 0" in other
     (text,) = Path("SW").glob("model.hidden=9-*/traceback.txt")
     assert "KeyError" in text.read_text()
+
+
+@pytest.mark.parametrize("values", ["10,2", "2,10"])
+def test_a_job_that_exits_does_not_end_the_sweep(launch, values):
+    status, _, err = launch(f"model.hidden={values}", "hydra.sweep.dir=SW")
+    assert status == 1
+    assert checkpoints("SW") == ["2 0"]
+    assert "(model.hidden=10): RuntimeError: the job has called sys.exit(3)" in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("by_value")
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
+def test_a_killed_worker_is_named_and_the_others_run_when_the_command_is_repeated(launch, tmp_path):
+    pytest.importorskip("joblib")
+    sweep = tmp_path / "sweep"  # absolute: joblib may use the workers of the test before
+    command_line = ("model.hidden=11,2,3,4", f"hydra.sweep.dir={sweep}", *LAUNCHERS["joblib"])
+    status, _, err = launch(*command_line)
+    assert status == 1, err
+    assert f"error: {sweep}/model.hidden=11-" in err
+    for line in err.splitlines():  # the process of another job may have been ended, too
+        assert "its process has ended without a result" in line
+
+    def with_enough_memory(cfg):
+        (run_directory() / "checkpoint.txt").write_text(f"{cfg.model.hidden} {cfg.seed}")
+
+    assert launch(*command_line, function=with_enough_memory)[0] == 0
+    assert checkpoints(sweep) == ["11 0", "2 0", "3 0", "4 0"]
 
 
 def test_a_search_in_which_every_trial_fails_prints_only_one_line_each(launch):
