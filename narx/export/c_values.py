@@ -15,6 +15,7 @@ from narx.inference.washout import washout_gain
 from narx.kernels import tracker as kernel
 from narx.kernels.clock import ON_TICK
 from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
+from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S
 from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
 from narx.types import FloatArray
 
@@ -153,6 +154,10 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
         "pi": math.pi,
         "centre_loss": 1.0 - parameters[kernel.CENTRE_DECAY],
         "longest_gap_s": kernel.LONGEST_GAP_S,
+        "longest_bridged_s": between_samples(LONGEST_BRIDGED_S, interval_s, above=False),
+        "bridged_rad_s2": BRIDGED_RAD_S2,
+        "swing_time_s": interval_s / (parameters[kernel.SWING_DECAY] - 1.0),
+        "most_doubt": kernel.MOST_DOUBT,
         "cycle_variance": parameters[cycle : cycle + 3],
         "velocity_variance": parameters[velocity : velocity + 2],
         "std_scale": np.array(tracker.std_scale),

@@ -5,6 +5,10 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define PI ${pi}
 #define HEADING_STEP 2
 #define LONGEST_GAP_S ${longest_gap_s}
+#define LONGEST_BRIDGED_S ${longest_bridged_s}
+#define BRIDGED_RAD_S2 ${bridged_rad_s2}
+#define SWING_TIME_S ${swing_time_s}
+#define MOST_DOUBT ${most_doubt}
 #define LEAK_RAD_S ${leak}
 #define ANGLE_NOISE ${angle_noise}
 #define RATE_NOISE ${rate_noise}
@@ -120,16 +124,19 @@ static int swing_ends(narx_state *s, narx_real own_sagittal)
     return 1;
 }
 
-/* Updates the posture by the mean angle of a swing, with more weight the more it is like gait. */
-static void learn_from_swing(narx_state *s)
+/* Updates the posture by the mean angle of a swing, with more weight the more it is like gait;
+ * true if the leg walks. */
+static int learn_from_swing(narx_state *s)
 {
     const narx_real turn = s->sum_turn / s->samples;
     narx_real doubt = 1 + (squared(s->x[0] - s->before[0]) + squared(s->x[1] - s->before[1])) /
                               RETURN_VARIANCE;
-    int axis;
+    int axis, walks;
     doubt += s->period_s > 0 ? squared((s->swing_s / s->period_s - 1) / PERIOD_SHARE) : 3;
     if (fabs${f}(turn) > TURN_LEAST)
         widen_posture(s, 2, squared(turn * s->swing_s));
+    walks = doubt < MOST_DOUBT || s->covariance[0][0] > KNOWN_ENOUGH ||
+            s->covariance[1][1] > KNOWN_ENOUGH;
     for (axis = 0; axis < 3; axis++) {
         const narx_real variance = CYCLE_VARIANCE[axis] * doubt, lean = axis == 1 ? -turn : 0;
         narx_real spread[N], residual, excess;
@@ -154,6 +161,7 @@ static void learn_from_swing(narx_state *s)
         }
     }
     s->trust += 1 / doubt;
+    return walks && !(fabs${f}(s->odd[0]) + fabs${f}(s->odd[1]) > 0);
 }
 
 /* Keeps the heading small, so that no digits are lost after many turns; the step is exact. */
@@ -176,7 +184,38 @@ static void lose_share(narx_real *value, narx_real *lower, narx_real share)
     *value = sum;
 }
 
-static void after_gap(narx_state *s)
+/* Interpolates the rates linearly over a short gap, up to the sample before the present one. */
+static void bridge(narx_state *s, const narx_real own[3])
+{
+    const narx_real gap = s->missing_s, whole = gap + INTERVAL_S, lost = gap / INTERVAL_S;
+    const narx_real tilt[2] = {s->past[0][0], s->past[1][0]}, before = s->rates[0][0];
+    const narx_real kept = exp${f}(-gap / SWING_TIME_S);
+    narx_real now[3];
+    int axis, k;
+    rates_of_angles(own, tilt, now);
+    for (axis = 0; axis < 3; axis++) {
+        const narx_real last = s->rates[axis][0], begin = s->past[axis][0];
+        const narx_real slope = (now[axis] - last) / whole;
+        s->sum_angles[axis] += lost * (begin + whole / 2 * (last + slope * (whole + gap) / 6));
+        if (axis == 2)
+            s->sum_turn += lost * (last + whole / 2 * slope);
+        for (k = 0; k < NARX_PAST_ANGLES; k++) {
+            const narx_real at = gap - (narx_real)k * INTERVAL_S;
+            s->past[axis][k] = begin + at * (last + slope / 2 * at);
+        }
+        for (k = 0; k < NARX_PAST_RATES; k++)
+            s->rates[axis][k] = last + slope * (gap - (narx_real)k * INTERVAL_S);
+        s->x[axis] = s->past[axis][0];
+        s->covariance[axis][axis] += squared(BRIDGED_RAD_S2 * squared(gap));
+    }
+    s->swing = kept * s->swing + (1 - kept) * SWING_TIME_S * (before + s->rates[0][0]) / 2;
+    s->samples += lost;
+    s->swing_s += gap;
+    s->idle_s += gap;
+    s->missing_s = 0;
+}
+
+static void lose_track(narx_state *s)
 {
     const narx_real whole = s->missing_s < LONGEST_GAP_S ? s->missing_s : LONGEST_GAP_S;
     int axis;
@@ -196,9 +235,10 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, cos_f, turn, turned;
     narx_real leak, coupling, noise;
     change_type change;
+    const int bridged = s->missing_s > 0 && s->missing_s < LONGEST_BRIDGED_S;
     int axis, k;
-    if (s->missing_s > 0)
-        after_gap(s);
+    if (s->missing_s > 0 && !bridged)
+        lose_track(s);
     for (axis = 0; axis < 3; axis++) {
         const narx_real away = inputs[axis] - s->mean_rate[axis];
         own[axis] = inputs[axis] - s->x[BIAS + axis];
@@ -208,6 +248,8 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
         means += squared(s->mean_rate[axis]);
     }
     s->scatter += REST_GAIN * (scatter - s->scatter);
+    if (bridged)
+        bridge(s, own);
     s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
                     s->covariance[CENTRE + 1][CENTRE + 1] < KNOWN_ENOUGH;
     turn = carry(s, own, &cos_f);
@@ -283,11 +325,8 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
 #endif
     if (swing_ends(s, own[0])) {
         const int swung = s->swing_s > SHORTEST_SWING_S && s->swing_s < LONGEST_SWING_S;
-        if (swung) {
-            learn_from_swing(s);
-            if (!(fabs${f}(s->odd[0]) + fabs${f}(s->odd[1]) > 0))
-                s->idle_s = 0;
-        }
+        if (swung && learn_from_swing(s))
+            s->idle_s = 0;
         s->period_s = swung ? s->swing_s : 0;
         s->swing_s = s->samples = s->sum_turn = 0;
         memset(s->sum_angles, 0, sizeof s->sum_angles);
@@ -325,6 +364,8 @@ static void begin(narx_state *state, const narx_real *initial_angles)
     }
     state->scatter = 1;
     state->idle_s = IDLE_MOST_S;
+    /* the swing in which a recording begins is not complete */
+    state->swing_s = LONGEST_SWING_S;
 }
 
 void narx_standard_deviation(const narx_state *state, narx_real deviation[3])

@@ -85,10 +85,12 @@ class TrackedRecurrence(TrackedState):
         zero, one = torch.zeros_like(s[..., 0]), torch.ones_like(s[..., 0])
         dt, e = p[kernel.INTERVAL], self.identity
 
+        own = inputs[..., :3] - x[..., kernel.BIAS : kernel.BIAS + 3]
         missing = s[..., kernel.MISSING]
-        gap = (missing > 0.0).to(s.dtype)
+        bridged = (missing > 0.0) & (missing < self.limits[7])
+        gap = ((missing > 0.0) & ~bridged).to(s.dtype)
         stays = 1.0 - gap
-        doubt = p[kernel.START_VARIANCE] * torch.minimum(missing, self.limits[5]) ** 2
+        doubt = gap * p[kernel.START_VARIANCE] * torch.minimum(missing, self.limits[5]) ** 2
         covariance = covariance + doubt.unsqueeze(-1).unsqueeze(-1) * self.growth[0]
         rising, swing = stays * s[..., kernel.RISING], stays * s[..., kernel.SWING]
         high, low = stays * s[..., kernel.HIGH], stays * s[..., kernel.LOW]
@@ -97,7 +99,28 @@ class TrackedRecurrence(TrackedState):
         sums = stays.unsqueeze(-1) * s[..., kernel.SUM_ANGLES : kernel.SUM_ANGLES + 3]
         idle = stays * s[..., kernel.IDLE] + gap * p[kernel.IDLE_MOST]
 
-        own = inputs[..., :3] - x[..., kernel.BIAS : kernel.BIAS + 3]
+        # over a short gap the rates are interpolated linearly, up to the sample before this one
+        short = torch.where(bridged, missing, zero)
+        whole, lost = short + dt, short / dt
+        last, begin = rates[..., 0], past[..., 0]
+        slope = (coupled_rates(own, begin) - last) / whole.unsqueeze(-1)
+        half = 0.5 * whole.unsqueeze(-1)
+        thirds = ((whole + short) / 6.0).unsqueeze(-1)
+        sums = sums + lost.unsqueeze(-1) * (begin + half * (last + slope * thirds))
+        sum_turn = sum_turn + lost * (last + half * slope)[..., 2]
+        since, idle, samples = since + short, idle + short, samples + lost
+        since_lost = (short.unsqueeze(-1) - dt * self.lags[: self.n_outputs]).unsqueeze(-2)
+        on_line = last.unsqueeze(-1) + 0.5 * slope.unsqueeze(-1) * since_lost
+        joins = bridged.unsqueeze(-1).unsqueeze(-1)
+        past = torch.where(joins, begin.unsqueeze(-1) + since_lost * on_line, past)
+        since_lost = (short.unsqueeze(-1) - dt * self.lags[: self.n_rates]).unsqueeze(-2)
+        rates = torch.where(joins, last.unsqueeze(-1) + slope.unsqueeze(-1) * since_lost, rates)
+        swing_time = dt / (p[kernel.SWING_DECAY] - 1.0)
+        kept = torch.exp(-short / swing_time)
+        swing = kept * swing + (1.0 - kept) * swing_time * 0.5 * (last + rates[..., 0])[..., 0]
+        doubt = (self.limits[8] * short**2) ** 2
+        covariance = covariance + doubt.unsqueeze(-1).unsqueeze(-1) * self.growth[0]
+
         square = own[..., 0] ** 2 + own[..., 1] ** 2 + own[..., 2] ** 2
         mean_rate = s[..., kernel.MEAN_RATE : kernel.MEAN_RATE + 3]
         away = inputs[..., :3] - mean_rate
@@ -218,6 +241,8 @@ class TrackedRecurrence(TrackedState):
         lasted = torch.where(period > 0.0, period, one)
         irregular = ((since / lasted - 1.0) / p[kernel.PERIOD_SHARE]) ** 2
         doubt = doubt + torch.where(period > 0.0, irregular, 3.0 * one)
+        unknown = torch.maximum(covariance[..., 0, 0], covariance[..., 1, 1])
+        walks = (doubt < self.limits[9]) | (unknown > p[kernel.KNOWN_ENOUGH])
         share = p[kernel.EARLY] / (p[kernel.EARLY] + s[..., kernel.TRUST])
         odds: list[Tensor] = []
         for axis in range(3):
@@ -248,7 +273,8 @@ class TrackedRecurrence(TrackedState):
             x, covariance = self._updated(x, covariance, spread, total, residual, counts)
             odds += [torch.where(swung, torch.where(alone, torch.sign(residual), zero), odd)]
         trust = s[..., kernel.TRUST] + applies / doubt
-        idle = torch.where(swung & (odds[0] == 0.0) & (odds[1] == 0.0), zero, idle)
+        walks = swung & walks & (odds[0] == 0.0) & (odds[1] == 0.0)
+        idle = torch.where(walks, zero, idle)
         period = torch.where(ends, torch.where(swung, since, zero), period)
         since, samples = torch.where(ends, zero, since), torch.where(ends, zero, samples)
         sum_turn = torch.where(ends, zero, sum_turn)

@@ -26,6 +26,7 @@ from narx.inference.checkpoint import Checkpoint
 from narx.inference.tracking import Tracking
 from narx.kernels import tracker as kernel
 from narx.kernels.limits import COS_FRONTAL_MIN
+from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S
 
 # subtracts without rounding
 _HEADING_STEP_RAD = 2.0
@@ -53,6 +54,7 @@ class TrackedState(nn.Module):
     postures: Tensor
     lossy: Tensor
     limits: Tensor
+    lags: Tensor
     unknown_start: Tensor
     known_start: Tensor
 
@@ -95,6 +97,9 @@ class TrackedState(nn.Module):
             math.pi,
             kernel.LONGEST_GAP_S,
             1.0 - float(tracker.numbers(model)[kernel.CENTRE_DECAY]),
+            between_samples(LONGEST_BRIDGED_S, interval_s, above=False),
+            BRIDGED_RAD_S2,
+            kernel.MOST_DOUBT,
         )
         for name, value in (
             ("p", exported_numbers(tracker, model)),
@@ -104,6 +109,7 @@ class TrackedState(nn.Module):
             ("postures", postures),
             ("lossy", lossy),
             ("limits", np.array(limits)),
+            ("lags", np.arange(max(self.n_rates, self.n_outputs))),
             ("unknown_start", starts[0]),
             ("known_start", starts[1]),
         ):

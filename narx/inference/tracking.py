@@ -9,6 +9,7 @@ import numpy as np
 from narx.errors import UserError
 from narx.inference.tracker import LinearRecursion, PostureTracker
 from narx.kernels import tracker as kernel
+from narx.kernels.tracker_covariance import AIDED_STATES, GYROSCOPE_STATES
 from narx.network.model import Narx
 from narx.types import BoolArray, FloatArray
 
@@ -76,7 +77,7 @@ class Tracking:
             self.weights, self.hidden = model.weights.detach().numpy(), model.structure.hidden
             input_lags, output_lags = model.structure.input_lags, model.structure.output_lags
         known = initial_angles_rad is not None
-        n = kernel.AIDED_STATES if tracker.aided else kernel.GYROSCOPE_STATES
+        n = AIDED_STATES if tracker.aided else GYROSCOPE_STATES
         self.parameters = tracker.numbers(model)
         self.x = np.zeros(n)
         self.x[kernel.LEAN] = math.radians(tracker.lean_deg_s)
@@ -91,8 +92,7 @@ class Tracking:
             self.x[kernel.VELOCITY] = tracker.speed_m_s
             variances += [1.0, 1.0]
         self.covariance = np.diag(variances)
-        self.scalars = np.zeros(kernel.SCALARS)
-        self.scalars[kernel.SCATTER] = 1.0
+        self.scalars = _new_scalars()
         self.scalars[kernel.IDLE] = tracker.idle_s
         self.scalars[kernel.KNOWN] = float(known)
         self.rates = np.zeros((3, max(input_lags - 1, 1)))
@@ -146,13 +146,20 @@ class Tracking:
         back.x, back.covariance = self.x * sign, self.covariance * np.outer(sign, sign)
         back.parameters = self.parameters.copy()
         back.parameters[kernel.SPEED] *= -1.0
-        back.scalars = np.zeros(kernel.SCALARS)
-        back.scalars[kernel.SCATTER] = 1.0
+        back.scalars = _new_scalars()
         back.scalars[kernel.KNOWN] = self.scalars[kernel.KNOWN]
         back.rates = -self.rates
         steps = np.arange(self.past.shape[1]) * self.parameters[kernel.INTERVAL]
         back.past = self.past[:, :1] + steps * self.rates[:, :1]
         return back
+
+
+def _new_scalars() -> FloatArray:
+    scalars = np.zeros(kernel.SCALARS)
+    scalars[kernel.SCATTER] = 1.0
+    # the swing in which a recording begins is not complete, so nothing is learned from it
+    scalars[kernel.SINCE] = kernel.LONGEST_SWING_S
+    return scalars
 
 
 def follow(tracking: Tracking, inputs: FloatArray, aided: bool, smoothing: bool) -> Tracked:

@@ -15,12 +15,17 @@ from narx.kernels.functions import sine_cosine
 from narx.kernels.kalman import DIRECTION, measure, measure_state, spread
 from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.network_step import OUTPUT, three_outputs
-
-# states of the filter; the last two only with an accelerometer
-ANGLES, CENTRE, BIAS, LEAN, VELOCITY = 0, 3, 6, 9, 10
-GYROSCOPE_STATES, AIDED_STATES = 10, 12
-# centre, bias and lean are constant from sample to sample
-CONSTANT = VELOCITY - CENTRE
+from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S, interpolate
+from narx.kernels.tracker_covariance import (
+    AIDED_STATES,
+    BIAS,
+    CENTRE,
+    CHANGE,
+    CONSTANT,
+    LEAN,
+    VELOCITY,
+    propagate,
+)
 
 # further scalars: turn rate, swing and its turning points, timers, sums over the swing, rest
 (
@@ -41,9 +46,11 @@ CYCLE_VARIANCE, VELOCITY_VARIANCE = 27, 30
 PARAMETERS = 32
 
 # rows of the intermediate results of `step`, after those of the functions that it calls
-OWN, CARRIED, CHANGE, ABOUT = 3, 4, 5, 6
+OWN, CARRIED, ABOUT, NOW, MEANS = 3, 4, 6, 7, 8
 
 SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
+# a swing with more doubt, while the angle is known, is a change of posture such as sitting down
+MOST_DOUBT = 100.0
 # a longer gap leaves no more of the angle than this one
 LONGEST_GAP_S = 1.0
 # larger than the bias of any current gyroscope
@@ -51,54 +58,48 @@ MOST_BIAS_RAD_S = math.radians(10.0)
 
 
 @compiled(**EXACT_INNER)
-def _changed(work: Any, source: Any, row: int, out: Any, column: int) -> None:
-    """Fill a column of out with the change of angles and velocity, for states in a row of source.
-
-    Most entries of the matrix are zero. work[CHANGE]: leak of the angles to their centres, coupling
-    of the tilt angles in a turn, interval, change of the frontal angle with the lean; with an
-    accelerometer that of the velocity with the two tilt angles and with itself.
-    """
-    leak, coupling, dt = work[CHANGE, 0], work[CHANGE, 1], work[CHANGE, 2]
-    sagittal, frontal = source[row, 0], source[row, 1]
-    out[0, column] = (
-        -leak * sagittal - coupling * frontal + leak * source[row, 3] - dt * source[row, 6]
-    )
-    out[1, column] = (
-        coupling * sagittal - leak * frontal + leak * source[row, 4] - dt * source[row, 7]
-    ) + work[CHANGE, 3] * source[row, LEAN]
-    out[2, column] = -leak * source[row, 2] + leak * source[row, 5] - dt * source[row, 8]
-    if work.shape[1] > VELOCITY:
-        turn = work[CHANGE, 6]
-        out[3, column] = work[CHANGE, 4] * sagittal + turn * source[row, VELOCITY + 1]
-        out[4, column] = work[CHANGE, 5] * frontal - turn * source[row, VELOCITY]
+def _rates_of_angles(sagittal: float, frontal: float, work: Any) -> float:
+    """Fill work[NOW] with the rates of the angles; return the cosine of the frontal angle."""
+    sin_s, cos_s = sine_cosine(sagittal, None)
+    sin_f, cos_f = sine_cosine(frontal, None)
+    if abs(cos_f) < COS_FRONTAL_MIN:
+        cos_f = -COS_FRONTAL_MIN if cos_f < 0.0 else COS_FRONTAL_MIN
+    turn = (work[OWN, 2] * cos_s - work[OWN, 1] * sin_s) / cos_f
+    work[NOW, 0] = work[OWN, 0] - sin_f * turn
+    work[NOW, 1] = work[OWN, 1] * cos_s + work[OWN, 2] * sin_s
+    work[NOW, 2] = turn
+    return float(cos_f)
 
 
 @compiled(**EXACT_INNER)
-def _propagate(covariance: Any, decay: float, work: Any, moved: Any) -> None:
-    """Propagate the covariance over one sample: x <- x + change x, two centres times `decay`.
+def _bridge(x: Any, covariance: Any, s: Any, p: Any, rates: Any, past: Any, work: Any) -> None:
+    """Interpolate over a short gap, up to the sample before the present one."""
+    dt, gap = p[INTERVAL], s[MISSING]
+    _rates_of_angles(past[0, 0], past[1, 0], work)
+    last, means = rates[0, 0], work[MEANS : MEANS + 2]
+    interpolate(gap, dt, work[NOW], rates, past, means)
+    n_lost, swing_time = gap / dt, dt / (p[SWING_DECAY] - 1.0)
+    kept = math.exp(-gap / swing_time)
+    s[SWING] = kept * s[SWING] + (1.0 - kept) * swing_time * 0.5 * (last + rates[0, 0])
+    for axis in range(3):
+        x[axis] = past[axis, 0]
+        covariance[axis, axis] += (BRIDGED_RAD_S2 * gap**2) ** 2
+        s[SUM_ANGLES + axis] += n_lost * means[0, axis]
+    s[SUM_TURN] += n_lost * means[1, 2]
+    s[SAMPLES] += n_lost
+    s[SINCE] += gap
+    s[IDLE] += gap
+    s[MISSING] = 0.0
 
-    moved (5, n + 1) is overwritten.
-    """
-    n = len(covariance)
-    n_moving = n - CONSTANT
-    if decay != 1.0:
-        for i in range(CENTRE, CENTRE + 2):
-            for j in range(n):
-                covariance[i, j] *= decay
-                covariance[j, i] *= decay
-    for j in range(n):
-        _changed(work, covariance, j, moved, j)
-    # half of the products, since the matrix is symmetric
-    for row in range(n_moving):
-        i = row if row < CENTRE else row + CONSTANT
-        for j in range(CENTRE, VELOCITY):
-            covariance[i, j] += moved[row, j]
-            covariance[j, i] = covariance[i, j]
-        _changed(work, moved, row, moved, n)
-        for other in range(row + 1):
-            j = other if other < CENTRE else other + CONSTANT
-            covariance[i, j] += moved[row, j] + moved[other, i] + moved[other, n]
-            covariance[j, i] = covariance[i, j]
+
+@compiled(**EXACT_INNER)
+def _lose_track(covariance: Any, s: Any, p: Any) -> None:
+    """Forget the present swing in a gap: the motion is unknown, except that legs return."""
+    for axis in range(3):
+        covariance[axis, axis] += p[START_VARIANCE] * min(s[MISSING], LONGEST_GAP_S) ** 2
+    s[MISSING], s[RISING], s[SWING], s[HIGH], s[LOW] = 0.0, 0.0, 0.0, 0.0, 0.0
+    s[SINCE : IDLE + 1], s[PERIOD], s[SUM_ANGLES:BEFORE], s[SAMPLES] = 0.0, 0.0, 0.0, 0.0
+    s[IDLE] = p[IDLE_MOST]
 
 
 @compiled(**EXACT_INNER)
@@ -126,19 +127,15 @@ def _advance(
     if n_out > 1:
         sagittal = 2.0 * sagittal - past[0, 1]
         frontal = 2.0 * frontal - past[1, 1]
-    sin_s, cos_s = sine_cosine(sagittal, None)
-    sin_f, cos_f = sine_cosine(frontal, None)
-    if abs(cos_f) < COS_FRONTAL_MIN:
-        cos_f = -COS_FRONTAL_MIN if cos_f < 0.0 else COS_FRONTAL_MIN
-    turn = (work[OWN, 2] * cos_s - work[OWN, 1] * sin_s) / cos_f
+    cos_f = _rates_of_angles(sagittal, frontal, work)
+    turn = work[NOW, 2]
     s[TURN] += p[TURN_GAIN] * (turn - s[TURN])
-    rate = (work[OWN, 0] - sin_f * turn, work[OWN, 1] * cos_s + work[OWN, 2] * sin_s, turn)
     if works:
         rate_scale, angle_scale = p[RATE_SCALE], p[ANGLE_SCALE]
         for axis in range(3):
             about = x[CENTRE + axis] + (x[LEAN] * s[TURN] if axis == 1 else 0.0)
             work[ABOUT, axis] = about
-            features[axis, 0] = rate[axis] / rate_scale
+            features[axis, 0] = work[NOW, axis] / rate_scale
             for i in range(n_past):
                 features[axis, 1 + i] = rates[axis, i] / rate_scale
             for i in range(n_out):
@@ -148,11 +145,11 @@ def _advance(
             x[axis] = work[ABOUT, axis] + work[OUTPUT, axis] * angle_scale
     else:
         for axis in range(3):
-            x[axis] = past[axis, 0] + 0.5 * p[INTERVAL] * (rate[axis] + rates[axis, 0])
+            x[axis] = past[axis, 0] + 0.5 * p[INTERVAL] * (work[NOW, axis] + rates[axis, 0])
     for axis in range(3):
         for i in range(rates.shape[1] - 1, 0, -1):
             rates[axis, i] = rates[axis, i - 1]
-        rates[axis, 0] = rate[axis]
+        rates[axis, 0] = work[NOW, axis]
     return turn, cos_f
 
 
@@ -173,8 +170,11 @@ def _swing_ends(own_sagittal: float, s: Any, p: Any) -> bool:
 
 
 @compiled(**EXACT_INNER)
-def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> None:
-    """Update by a swing: its mean angle measures the posture, less noisily if it resembles gait."""
+def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> bool:
+    """Update by a swing: its mean angle measures the posture, less noisily if it resembles gait.
+
+    Returns whether the leg walks.
+    """
     turn = s[SUM_TURN] / s[SAMPLES]
     if abs(turn) > p[TURN_LEAST]:
         # a person who turns does not return to the previous heading
@@ -182,6 +182,12 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
     net = (x[0] - s[BEFORE]) ** 2 + (x[1] - s[BEFORE + 1]) ** 2
     doubt = 1.0 + net / p[RETURN_VARIANCE]
     doubt += ((s[SINCE] / s[PERIOD] - 1.0) / p[PERIOD_SHARE]) ** 2 if s[PERIOD] > 0.0 else 3.0
+    unknown = 0.0
+    for axis in range(2):
+        at = CENTRE + axis
+        relative = covariance[axis, axis] - 2.0 * covariance[axis, at] + covariance[at, at]
+        unknown = max(unknown, relative)
+    walks = doubt < MOST_DOUBT or unknown > p[KNOWN_ENOUGH]
     for axis in range(3):
         work[DIRECTION] = 0.0
         work[DIRECTION, axis], work[DIRECTION, CENTRE + axis] = 1.0, -1.0
@@ -207,6 +213,7 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> Non
             continue
         measure(x, covariance, work, variance, residual)
     s[TRUST] += 1.0 / doubt
+    return walks and s[ODD] == 0.0 and s[ODD + 1] == 0.0
 
 
 @compiled(**EXACT_INNER)
@@ -226,7 +233,7 @@ def room(n_states: int, n_weights: int, n_hidden: int) -> Any:
     # hidden neurons have two weights more than features; one output bias
     width = (n_weights - 1) // n_hidden - 2 if n_hidden > 0 else n_weights
     return (
-        np.zeros((7, n_states)),
+        np.zeros((10, n_states)),
         np.zeros((n_states - CONSTANT, n_states + 1)),
         np.zeros((3, width)),
         np.zeros((3, n_hidden)),
@@ -255,13 +262,9 @@ def step(
     """
     n, dt = len(x), p[INTERVAL]
     aided = n == AIDED_STATES
-    if s[MISSING] > 0.0:
-        # the motion during the gap is unknown, except that legs return to their posture
-        for axis in range(3):
-            covariance[axis, axis] += p[START_VARIANCE] * min(s[MISSING], LONGEST_GAP_S) ** 2
-        s[MISSING], s[RISING], s[SWING], s[HIGH], s[LOW] = 0.0, 0.0, 0.0, 0.0, 0.0
-        s[SINCE : IDLE + 1], s[PERIOD], s[SUM_ANGLES:BEFORE], s[SAMPLES] = 0.0, 0.0, 0.0, 0.0
-        s[IDLE] = p[IDLE_MOST]
+    bridged = 0.0 < s[MISSING] < LONGEST_BRIDGED_S
+    if s[MISSING] > 0.0 and not bridged:
+        _lose_track(covariance, s, p)
     square, scatter, mean_square = 0.0, 0.0, 0.0
     for axis in range(3):
         own = axis_rates[axis] - x[BIAS + axis]
@@ -271,6 +274,8 @@ def step(
         s[MEAN_RATE + axis] += p[REST_GAIN] * away
         scatter += away**2
     s[SCATTER] += p[REST_GAIN] * (scatter - s[SCATTER])
+    if bridged:
+        _bridge(x, covariance, s, p, rates, past, work)
     works = s[IDLE] < p[IDLE_MOST] and (
         max(covariance[CENTRE, CENTRE], covariance[CENTRE + 1, CENTRE + 1]) < p[KNOWN_ENOUGH]
     )
@@ -298,7 +303,7 @@ def step(
         x[VELOCITY + 1] += dt * (left - turn * ahead)
         work[CHANGE, 4], work[CHANGE, 5] = dt * by_sagittal, dt * by_frontal
         work[CHANGE, 6] = dt * turn
-    _propagate(covariance, decay, work, moved)
+    propagate(covariance, decay, work, moved)
     for axis in range(3):
         covariance[axis, axis] += p[ANGLE_NOISE] + p[RATE_NOISE] * square / cos_f**2
         covariance[BIAS + axis, BIAS + axis] += p[BIAS_NOISE]
@@ -324,10 +329,8 @@ def step(
         measure_state(x, covariance, i, work, variance, usual - x[i])
     if _swing_ends(work[OWN, 0], s, p):
         swung = SHORTEST_SWING_S < s[SINCE] < LONGEST_SWING_S
-        if swung:
-            _learn_from_swing(x, covariance, s, p, work)
-            if s[ODD] == 0.0 and s[ODD + 1] == 0.0:
-                s[IDLE] = 0.0
+        if swung and _learn_from_swing(x, covariance, s, p, work):
+            s[IDLE] = 0.0
         s[PERIOD] = s[SINCE] if swung else 0.0
         s[SINCE], s[SAMPLES], s[SUM_ANGLES:BEFORE] = 0.0, 0.0, 0.0
         s[BEFORE], s[BEFORE + 1] = x[0], x[1]
