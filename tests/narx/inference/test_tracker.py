@@ -190,6 +190,55 @@ def test_a_pause_is_waited_for(sits_deg, pause_s):
     assert off_deg(method, walk, (again, again + 30.0)) < 3.0
 
 
+def test_sitting_down_while_walking_is_not_a_swing():
+    never, paused = Walk(60.0), Walk(90.0)
+    begin, end = round(30.0 * RATE_HZ), round(60.0 * RATE_HZ)
+    sits = 80.0 * (paused.ramp(30.0, 1.5) - paused.ramp(58.5, 1.5))
+    signals, truth = never.signals()
+    angles = np.degrees(np.insert(truth, [begin] * (end - begin), truth[begin], axis=0))
+    angles[:, 0] += sits
+    turned = Rotation.from_quat(orientation_from_angles(np.radians(angles)), scalar_first=True)
+    rates = axis_rates((turned[:-1].inv() * turned[1:]).as_rotvec() * RATE_HZ)
+    known = signals.axis_rates_rad_s
+    rates = np.concatenate([known[:begin], rates[begin:end], known[begin:]])
+    method = tracked()
+    with_pause = method.run(replace(signals, axis_rates_rad_s=rates, specific_force_m_s2=rates))
+    # the network, which leaks towards the posture, stops as soon as the person has sat down
+    assert with_pause.starting[begin + round(1.6 * RATE_HZ) : end].all()
+    away = np.degrees(with_pause.angles_rad[end:] - method.estimate(signals)[begin:])[:, :2]
+    assert np.abs(away[round(10.0 * RATE_HZ) :]).max() < 3.0
+
+
+@pytest.mark.parametrize("gap_s", [0.1, 0.2])
+def test_a_short_gap_is_interpolated_with_its_own_uncertainty(gap_s):
+    walk = Walk(60.0)
+    signals, truth = walk.signals()
+    method = tracked()
+    errors, deviations = [], []
+    for begin in range(round(40.0 * RATE_HZ), round(41.1 * RATE_HZ), 4):
+        after = begin + round(gap_s * RATE_HZ)
+        rates = signals.axis_rates_rad_s.copy()
+        rates[begin:after] = np.nan
+        found = method.run(replace(signals, axis_rates_rad_s=rates))
+        assert not found.starting[after]
+        errors.append(np.degrees(truth - found.angles_rad)[after, :2])
+        deviations.append(np.degrees(found.std_rad)[after, :2])
+    # the last angle, held, is wrong by ten and twenty degrees
+    rms_deg = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert (rms_deg < 250.0 * gap_s**2).all()
+    assert (np.abs(errors) < 1.96 * np.array(deviations)).mean() > 0.9
+
+
+def test_nothing_is_learned_from_the_swing_in_which_a_recording_begins():
+    signals, _ = Walk(20.0, turns=False).signals()
+    later = signals.axis_rates_rad_s[round(0.5 * RATE_HZ) :]
+    signals = replace(signals, axis_rates_rad_s=later, specific_force_m_s2=later)
+    std = np.degrees(tracked().run(signals).std_rad[:, 0])
+    # the leg reverses first after 0.8 s, and a second time after another stride of 1.1 s
+    assert std[round(1.5 * RATE_HZ)] > 50.0
+    assert std[round(2.2 * RATE_HZ)] < 10.0
+
+
 @pytest.mark.parametrize("slip_deg", [15.0, 40.0])
 def test_a_slip_is_a_new_posture(slip_deg):
     walk = Walk(90.0)
