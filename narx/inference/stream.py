@@ -18,7 +18,8 @@ class Quality(IntEnum):
     GOOD = 0
     """Regular operation of the method."""
     AFTER_PAUSE = 1
-    """First sample after a gap too long to interpolate; rotation during the gap is lost."""
+    """First sample after a gap longer than `narx.method.MAX_GAP_S`; rotation in it is lost, or
+    with a tracker and below 0.35 s estimated roughly."""
     MISSING = 2
     """No usable sample: the angles are NaN."""
     STARTING = 3
@@ -48,8 +49,8 @@ class OrientationStream:
 
     A stream can be pickled and copied; the copy is independent. The angles do not depend on how the
     samples are divided into blocks, to the last bit. Lost samples (NaN) are interpolated once the
-    next one has arrived, up to `narx.method.MAX_GAP_S`; in longer gaps the method pauses, and a
-    tracker accounts for the elapsed time.
+    next one has arrived, up to `narx.method.MAX_GAP_S`; in longer gaps the method pauses; a
+    tracker accounts for the elapsed time, and interpolates below 0.35 s with a larger uncertainty.
 
     Parameters
     ----------

@@ -20,8 +20,13 @@ rate, and a heading far from it is taken for a turn that was missed, not for an 
 Movement other than gait is recognised by the swing: a swing that does not return, or is much longer
 or shorter than the previous one, has less weight (`return_sd_deg`, `period_share`). Two successive
 swings that agree on a posture far from the expected one reset its uncertainty. Without a swing for
-`idle_s` there is no correction: the rates are integrated, and the standard deviation grows. At rest
-the mean rate measures the bias.
+`idle_s` there is no correction: the rates are integrated, and the standard deviation grows. The
+same holds after a swing that ends 50 degrees and more from where it began while the angle is known:
+the person has sat down or stood up. At rest the mean rate measures the bias. The swing in which a
+recording begins is incomplete, so its mean angle is not used.
+
+In a gap below 0.35 s the rates are interpolated (`narx.kernels.short_gap`); in a longer one the
+motion is unknown.
 
 With an accelerometer (`aided`), the horizontal specific force is integrated to a velocity,
 which is bounded in walking: forward about `speed_m_s`, sideways about zero. A wrong tilt makes it
