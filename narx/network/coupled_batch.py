@@ -127,7 +127,7 @@ class CoupledBatch:
         """
         n_sequences, n_restarts = len(self.rates), len(weights)
         n_rows = weights.shape[1] // 4 * 4 + 4
-        lanes, groups = in_groups(n_sequences, n_restarts)
+        lanes, groups, idle = in_groups(n_sequences, n_restarts)
         # separate sums for each group, so that results do not depend on the number of threads
         sums = np.zeros((len(groups), 3, n_rows, n_rows, 8))
 
@@ -136,6 +136,7 @@ class CoupledBatch:
                 self._sensitivities(weights, wanted, groups[i], sums[i], lanes)
 
         in_threads(part, len(groups), 1)
+        sums[-1, ..., idle] = 0.0
         if n_restarts == 1:
             return sums.sum(axis=(0, -1))[None]
         by_restart = np.moveaxis(sums, -1, 1).reshape(-1, 3, n_rows, n_rows)

@@ -231,7 +231,7 @@ def back(array: FloatArray, shape: tuple[int, ...], like: Tensor) -> Tensor:
 
 
 @lru_cache  # every evaluation of a cost asks for it
-def in_groups(n_sequences: int, n_starts: int) -> tuple[tuple[int, ...], NDArray[np.int64]]:
+def in_groups(n_sequences: int, n_starts: int) -> tuple[tuple[int, ...], NDArray[np.int64], slice]:
     """Arrange sequences and starts in groups of lanes, each a unit of work for a thread.
 
     Parameters
@@ -246,22 +246,27 @@ def in_groups(n_sequences: int, n_starts: int) -> tuple[tuple[int, ...], NDArray
     lanes : tuple of int
         A tuple whose length is the number of lanes, W.
     groups : ndarray of int, shape (groups, runs, W, 2)
-        What a lane runs, one after another: sequence (-1 for none) and start. A single start has
-        sequences side by side, several starts are side by side themselves.
+        What a lane runs, one after another: sequence and start. A single start has sequences side
+        by side, several starts are side by side themselves.
+    idle : slice
+        Lanes of the last group that repeat the last sequence or start; their sums do not count.
+        Lanes without a sequence would make every sample of the group need a weight.
     """
     if n_starts == 1:
         lanes = lanes_for(n_sequences)
-        sequences = in_lanes(n_sequences, len(lanes))[:, None]
-        return lanes, np.stack([sequences, np.zeros_like(sequences)], axis=-1)
-    starts = in_lanes(n_starts, len(VECTOR))
+        sequences, idle = in_lanes(n_sequences, len(lanes))
+        alone = np.zeros_like(sequences)
+        groups = np.stack([sequences, alone], axis=-1)[:, None]
+        # a single lane has its sums in all eight
+        return lanes, groups, idle if lanes == VECTOR else slice(len(VECTOR), None)
+    starts, idle = in_lanes(n_starts, len(VECTOR))
     groups = np.empty((len(starts), n_sequences, len(VECTOR), 2), dtype=np.int64)
     groups[..., 0] = np.arange(n_sequences)[:, None]
     groups[..., 1] = starts[:, None]
-    groups[groups[..., 1] < 0] = (-1, 0)
-    return VECTOR, groups
+    return VECTOR, groups, idle
 
 
-def in_lanes(n: int, width: int) -> NDArray[np.int64]:
+def in_lanes(n: int, width: int) -> tuple[NDArray[np.int64], slice]:
     """Arrange the numbers below `n` in rows of `width`.
 
     Parameters
@@ -273,9 +278,11 @@ def in_lanes(n: int, width: int) -> NDArray[np.int64]:
 
     Returns
     -------
-    ndarray of int, shape (rows, width)
-        The last row is padded with -1.
+    numbers : ndarray of int, shape (rows, width)
+        The last row is padded with the last number.
+    padding : slice
+        Where in the last row.
     """
-    numbers = np.full((-(-n // width), width), -1)
-    numbers.reshape(-1)[:n] = np.arange(n)
-    return numbers
+    rows = -(-n // width)
+    numbers = np.minimum(np.arange(rows * width), n - 1).reshape(rows, width)
+    return numbers, slice(n - (rows - 1) * width, None)

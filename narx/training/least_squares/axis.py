@@ -132,7 +132,7 @@ class NetworkFit:
     def _products(self, weights: FloatArray) -> FloatArray:
         n_sequences, n_starts = len(self._inputs), len(weights)
         n_rows = self.n_weights // 4 * 4 + 4
-        lanes, groups = in_groups(n_sequences, n_starts)
+        lanes, groups, idle = in_groups(n_sequences, n_starts)
         packed = [np.ascontiguousarray(weights[group[0, :, 1]].T) for group in groups]
         sequences = np.ascontiguousarray(groups[..., 0])
         # separate sums for each group: the same numbers with any number of threads
@@ -148,6 +148,7 @@ class NetworkFit:
                 )  # fmt: skip
 
         in_threads(part, len(groups), 1)
+        sums[-1, ..., idle] = 0.0
         products = np.zeros((n_starts, self.n_weights + 1, self.n_weights + 1))
         loops.gram.fold(sums, products)
         return products
