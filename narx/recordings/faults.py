@@ -7,8 +7,8 @@ only reported, since the samples around it are real.
 from collections.abc import Callable
 
 import numpy as np
-from scipy.ndimage import median_filter
 
+from narx.missing import finite_rows
 from narx.types import BoolArray, FloatArray
 
 # beyond the widest range of any gyroscope, 4000 deg/s
@@ -22,9 +22,11 @@ _STUCK_S = 0.25
 _STUCK_OTHERS_RAD_S = np.radians(15.0)
 # no movement faster than this stops within one sample
 _JUMP_RAD_S = np.radians(20.0)
-# a spike changes the integral by more than this at once, and stands out from all other samples
-_SPIKE_RAD = np.radians(2.0)
-_SPIKE_RATIO = 8.0
+# Rotation by a spike of one, two or three samples: the smaller limits if it deviates by 25 times
+# the usual, the larger by 12 times. No walk or hand movement recorded at 12 to 280 Hz has one.
+_SPIKE_RAD = tuple(map(tuple, np.radians([(2.0, 5.0), (4.5, 9.0), (12.0, 12.0)])))
+_SPIKE_RATIOS = (25.0, 12.0)
+_SPIKE_NEIGHBOURS, _SPIKE_ROUNDS, _SPIKE_SAMPLES = 0.25, 3, 10
 _CLIPPED_SHARE = 0.002
 _CLIPPED_RAD_S = np.radians(20.0)
 
@@ -53,7 +55,7 @@ def without_faults(
     """
     rate = gyroscope_rad_s
     notes = []
-    for detector in (_impossible, _zeros, _held, _stuck, _spikes):
+    for detector in (_impossible, _zeros, _spikes, _held, _stuck):
         wrong, what = detector(time_s, rate)
         if wrong.any():
             first = int(np.flatnonzero(wrong)[0])
@@ -154,18 +156,51 @@ def _stuck(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
 
 
 def _spikes(time: FloatArray, rate: FloatArray) -> tuple[BoolArray, str]:
-    what = "with a spike"
-    if np.isfinite(rate).all(axis=1).sum() < 10:
-        return np.zeros(len(rate), dtype=bool), what
+    """Find one to three samples that deviate from a line between consistent neighbours."""
+    wrong = np.zeros(len(rate), dtype=bool)
+    there = finite_rows(rate)
     interval = float(np.median(np.diff(time)))
-    known = np.where(np.isfinite(rate), rate, np.nanmedian(rate, axis=0))
-    off = np.linalg.norm(known - median_filter(known, (5, 1), mode="nearest"), axis=1)
-    off[~np.isfinite(rate).all(axis=1)] = 0.0
-    limit = max(_SPIKE_RAD / interval, _SPIKE_RATIO * float(np.quantile(off, 0.99)))
-    padded = np.pad(known, ((2, 2), (0, 0)), mode="edge")
-    # a spike does not affect the neighbouring samples, an impact does
-    across = np.linalg.norm(padded[4:] - padded[:-4], axis=1)
-    return (off > limit) & (across < 0.25 * off), what
+    # large spikes hide small ones
+    for _ in range(_SPIKE_ROUNDS):
+        rows = np.flatnonzero(there & ~wrong)
+        found = np.zeros(len(rows), dtype=bool)
+        for width, limits_rad in enumerate(_SPIKE_RAD, start=1):
+            if len(rows) < _SPIKE_SAMPLES:
+                break
+            found |= _spikes_of(width, limits_rad, time[rows], rate[rows], interval)
+        if not found.any():
+            break
+        wrong[rows[found]] = True
+    return wrong, "with a spike"
+
+
+def _spikes_of(
+    width: int,
+    limits_rad: tuple[float, float],
+    time: FloatArray,
+    rate: FloatArray,
+    interval: float,
+) -> BoolArray:
+    """Find runs of so many samples that all deviate."""
+    before, after = rate[: -width - 1], rate[width + 1 :]
+    inside = [slice(1 + k, len(rate) - width + k) for k in range(width)]
+    off = np.full(len(before), np.inf)
+    for k, own in enumerate(inside, start=1):
+        line = before + (after - before) * (k / (width + 1))
+        off = np.minimum(off, np.linalg.norm(rate[own] - line, axis=1))
+    moving = _moving(rate[1 : len(off) + 1])
+    found = np.zeros(len(rate), dtype=bool)
+    usual = float(np.quantile(off[moving] if moving.sum() > _SPIKE_SAMPLES else off, 0.75))
+    turned = off * width * interval
+    beyond = np.zeros(len(off), dtype=bool)
+    for limit_rad, ratio in zip(limits_rad, _SPIKE_RATIOS, strict=True):
+        beyond |= (turned > limit_rad) & (off > ratio * usual)
+    # an impact changes the neighbours as well, and across a gap they are none
+    beyond &= np.linalg.norm(after - before, axis=1) < _SPIKE_NEIGHBOURS * off
+    beyond &= time[width + 1 :] - time[: -width - 1] < 1.5 * (width + 1) * interval
+    for own in inside:
+        found[own] |= beyond
+    return found
 
 
 def _clipping(rate: FloatArray) -> list[str]:

@@ -82,17 +82,35 @@ def test_a_slower_sensor_on_a_faster_clock(walk):
     assert repeats_of_a_slower_sensor(walk.gyroscope_rad_s) is None
 
 
-def test_a_spike_stands_out_eight_times_from_all_other_samples():
-    """Noise whose 99th percentile is known: six times it is noise, twelve times a spike."""
+def test_a_spike_stands_out_from_all_other_samples():
+    """Noise of a known size: eight times the usual deviation is noise, sixteen times a spike."""
     noise = np.random.default_rng(0).normal(0.0, 0.4, (3000, 3))
     time_s = np.arange(3000) / 100.0
-    size = np.quantile(np.linalg.norm(noise, axis=1), 0.99)
-    for factor, is_spike in ((6.0, False), (12.0, True)):
+    line = 0.5 * (noise[:-2] + noise[2:])
+    usual = np.quantile(np.linalg.norm(noise[1:-1] - line, axis=1), 0.75)
+    for factor, is_spike in ((8.0, False), (16.0, True)):
         rate = noise.copy()
-        rate[1500, 1] += factor * size
+        rate[1500] = line[1499] + [0.0, factor * usual, 0.0]
         found, _ = without_faults(time_s, rate)
         assert np.isnan(found[1500]).all() == is_spike
         assert np.isfinite(np.delete(found, 1500, axis=0)).all()
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+@pytest.mark.parametrize("size_rad_s", [6.0, 35.0])
+def test_many_spikes_of_several_samples(walk, width, size_rad_s):
+    """A hundredth of the samples are spikes, on one axis or on all."""
+    rate = walk.gyroscope_rad_s.copy()
+    rng = np.random.default_rng(width)
+    wrong = np.zeros(len(rate), dtype=bool)
+    for start in range(260, 1480, 100 * width):
+        wrong[start : start + width] = True
+        axes = slice(None) if rng.random() < 0.5 else rng.integers(3)
+        rate[start : start + width, axes] += rng.choice([-1, 1]) * size_rad_s
+    found, notes = without_faults(walk.time_s, rate)
+    missing = np.isnan(found).any(axis=1)
+    np.testing.assert_array_equal(missing, wrong)
+    assert "with a spike taken as missing" in notes[0]
 
 
 def test_a_jump_of_less_than_two_degrees_is_not_a_spike():
