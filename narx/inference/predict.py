@@ -13,6 +13,7 @@ from narx.calibration.calibrate import calibrate
 from narx.errors import RecordingError, UserError
 from narx.inference.bias import check_known_start, remove_static_bias
 from narx.inference.clocks import ClockConversion
+from narx.inference.filled_gaps import filled_gap_std_rad
 from narx.inference.findings import check_consistency, gap_notes, start_up_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.pretrained import load_or_pretrained
@@ -183,6 +184,8 @@ def predict(
     found = method.run(signals)
     std = found.std_rad
     if std is not None:
+        filled = (recording.time_s, corrected, conversion.clock_s, MAX_GAP_S)
+        std = np.hypot(std, filled_gap_std_rad(*filled))
         # a spline overshoots at a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)

@@ -13,6 +13,7 @@ from narx.gait.phases import gait_phases
 from narx.gait.straight_walk import walk_before_turn_s
 from narx.inference.bias import remove_static_bias
 from narx.inference.clocks import SPLINE_GAP_S
+from narx.inference.filled_gaps import filled_gap_std_rad
 from narx.inference.findings import check_consistency, gap_notes, start_up_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.predict import MAX_GAP_S
@@ -177,7 +178,10 @@ def predict_session(
         ]
         angles[segment] = found.angles_rad
         if found.std_rad is not None:
-            std[segment] = found.std_rad
+            one = admitted[segment]
+            times_s = one.time_s + offsets[segment]
+            filled = (times_s, one.gyroscope_rad_s, trial.time_s, MAX_GAP_S)
+            std[segment] = np.hypot(found.std_rad, filled_gap_std_rad(*filled))
     for name, joint in JOINTS.items():
         if joint.proximal in segments and joint.distal in segments:
             angles[name] = joint_between(name, angles[joint.proximal], angles[joint.distal])
