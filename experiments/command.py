@@ -27,7 +27,7 @@ from narx.experiments.runs.folder import claimed
 from narx.experiments.runs.identity import register_resolvers
 from narx.experiments.runs.sweep import USER_ERROR_STATUS, SweepReport
 from narx.experiments.sources import data_sha256
-from narx.experiments.starting import INTERRUPTED_STATUS, imported
+from narx.experiments.starting import INTERRUPTED_STATUS, imported, interrupted
 
 CONFIG_PATH = "pkg://narx.configs"
 # the file system refuses the write: not a bug of the program
@@ -46,6 +46,8 @@ def _mistakes_end_with_one_line(config_name: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
+        if interrupted():
+            raise KeyboardInterrupt from error
         mistake = user_error_behind(error)
         if mistake is not None:
             sys.exit(_report(str(mistake)))
@@ -178,6 +180,10 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
         except SystemExit as stop:
             if in_sweep():  # it would end the other jobs, too
                 raise RuntimeError(f"the job has called sys.exit({stop.code})") from stop
+            raise
+        except Exception as error:
+            if interrupted():
+                raise KeyboardInterrupt from error
             raise
         shutil.rmtree(folder / _LAST, ignore_errors=True)
         run.end("finished", value=value)

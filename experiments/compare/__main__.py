@@ -22,7 +22,7 @@ from narx.experiments.compare.runs import (
     runs_table,
 )
 from narx.experiments.runs.sweep import USER_ERROR_STATUS
-from narx.experiments.starting import INTERRUPTED_STATUS, imported
+from narx.experiments.starting import INTERRUPTED_STATUS, imported, interrupted
 from narx.experiments.tables.table import Table
 from narx.files import atomic_path
 
@@ -136,19 +136,25 @@ def main() -> None:
     try:
         pair = None if arguments.pair is None else (arguments.pair[0], arguments.pair[1])
         print(compare(arguments.directory, arguments.metric, pair, arguments.output))
-    except UserError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(USER_ERROR_STATUS)
-    except OSError as error:
-        print(
-            f"error: {error.filename or 'output'}: {error.strerror}; "
-            "expected a writable folder (--output DIR)",
-            file=sys.stderr,
-        )
-        sys.exit(USER_ERROR_STATUS)
     except KeyboardInterrupt:
-        print("interrupted: repeat the command to start again", file=sys.stderr)
-        sys.exit(INTERRUPTED_STATUS)
+        sys.exit(_interrupted())
+    except (UserError, OSError) as error:
+        if interrupted():
+            sys.exit(_interrupted())
+        print(f"error: {_described(error)}", file=sys.stderr)
+        sys.exit(USER_ERROR_STATUS)
+
+
+def _interrupted() -> int:
+    print("interrupted: repeat the command to start again", file=sys.stderr)
+    return INTERRUPTED_STATUS
+
+
+def _described(error: UserError | OSError) -> str:
+    if isinstance(error, UserError):
+        return str(error)
+    where = error.filename or "output"
+    return f"{where}: {error.strerror}; expected a writable folder (--output DIR)"
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def test_afterwards_the_command_itself_is_interrupted():
 @pytest.mark.parametrize(
     ("argument", "original"),
     [("/usr/bin/narx-train", "-m"), ("my_script.py", "my_script.py")],
-    ids=["a worker with its parent's arguments", "a script that imports the package"],
+    ids=["with the arguments of a command", "a script that imports the package"],
 )
 def test_other_processes_are_left_alone(argument, original):
     done = run(argument, original, handler="SIG_IGN")
@@ -59,3 +59,39 @@ def test_other_processes_are_left_alone(argument, original):
 def test_the_signal_remains_ignored_in_the_background():
     done = run(handler="SIG_IGN")
     assert (done.returncode, done.stdout) == (0, "False\nwent on\n")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a process cannot interrupt itself")
+def test_a_worker_ignores_ctrl_c_until_it_has_imported():
+    assert run("/usr/bin/narx-train", "joblib.externals.loky").stdout == "True\nwent on\n"
+    done = run("/usr/bin/narx-train", "joblib.externals.loky", then=IMPORTED)
+    assert "KeyboardInterrupt" in done.stderr
+
+
+MASKED = """
+import os, signal, sys
+sys.argv = ["-m"]
+import narx.experiments
+from narx.experiments.compare import __main__ as compare
+from narx.errors import UserError
+
+def masking(*arguments):
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        signal.pause()
+    except KeyboardInterrupt:
+        raise UserError("while cleaning up") from None
+
+compare.compare = masking
+sys.argv = ["narx-compare", "."]
+compare.main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a process cannot interrupt itself")
+def test_an_interruption_that_ends_in_another_error_is_one():
+    done = subprocess.run(
+        [sys.executable, "-c", MASKED], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 130
+    assert done.stderr == "interrupted: repeat the command to start again\n"
