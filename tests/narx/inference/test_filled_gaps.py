@@ -12,10 +12,11 @@ TIME_S = np.arange(0.0, 60.0, 0.01)
 
 
 def _with_gaps(*gaps_s):
-    rates = np.ones((len(TIME_S), 3))
+    time_s = TIME_S
+    rates = np.ones((len(time_s), 3))
     for start, stop in gaps_s:
-        rates[(TIME_S > start + 1e-6) & (TIME_S < stop - 1e-6)] = np.nan
-    return np.degrees(filled_gap_std_rad(TIME_S, rates, TIME_S, 1.1))
+        rates[(time_s > start + 1e-6) & (time_s < stop - 1e-6)] = np.nan
+    return np.degrees(filled_gap_std_rad(time_s, rates, time_s, 1.1))
 
 
 def test_it_is_zero_without_gaps_after_short_ones_and_before_the_first():
@@ -40,12 +41,13 @@ def test_variances_of_several_gaps_add_up():
 
 
 def test_a_prediction_is_less_certain_after_a_filled_gap():
-    phase = 2.0 * np.pi * 0.9 * TIME_S[:, None] + [0.0, 1.0, 2.0]
+    time_s = TIME_S
+    phase = 2.0 * np.pi * 0.9 * time_s[:, None] + [0.0, 1.0, 2.0]
     rates = np.cos(phase) * [0.4, 2.0, 0.3]
-    whole = ImuRecording("leg_right", TIME_S, rates, np.full_like(rates, np.nan))
+    whole = ImuRecording("leg_right", time_s, rates, np.full_like(rates, np.nan))
     holed = rates.copy()
     holed[4001:4040] = np.nan
-    cut = ImuRecording("leg_right", TIME_S, holed, np.full_like(rates, np.nan))
+    cut = ImuRecording("leg_right", time_s, holed, np.full_like(rates, np.nan))
     method = pretrained().method()
     certain, doubtful = (predict(one, method, remove_bias=False).std_rad for one in (whole, cut))
     added_deg = np.degrees(np.sqrt(doubtful[4041] ** 2 - certain[4041] ** 2))
