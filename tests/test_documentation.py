@@ -14,6 +14,7 @@ import torch
 
 from narx.export import write
 from narx.inference import pretrained
+from narx.method import SegmentSignals
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -96,6 +97,21 @@ def test_the_picture_of_the_house_shows_the_rooms():
     assert tuple(rooms for rooms, _ in house.FLOORS) == architecture.FLOORS
     drawn = (ROOT / "docs" / "figures" / "house.svg").read_text()
     assert all(f">{room}<" in drawn for room in architecture.FLOOR_OF)
+
+
+def test_interrupted_walks_sit_down_and_lose_samples():
+    interruptions = _load(ROOT / "docs" / "interruptions.py")
+    rates = np.random.default_rng(0).normal(size=(2000, 3))
+    signals = SegmentSignals("thigh", 100.0, rates, rates, None)
+    paused, resumed = interruptions.with_pause(signals, 800, 10.0, 80.0)
+    np.testing.assert_array_equal(np.delete(paused.axis_rates_rad_s, range(800, resumed), 0), rates)
+    inserted_deg = np.degrees(paused.axis_rates_rad_s[800:resumed, 0].cumsum() / 100.0)
+    assert len(inserted_deg) == 1300
+    assert inserted_deg[149:1150] == pytest.approx(80.0)
+    assert inserted_deg[-1] == pytest.approx(0.0, abs=1e-9)
+    lost = np.isnan(interruptions.with_gaps(signals, 0.2, 3, seed=1).axis_rates_rad_s[:, 0])
+    assert not lost[:500].any()
+    assert 20 <= lost.sum() <= 60
 
 
 def _load(path):
