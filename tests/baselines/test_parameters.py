@@ -1,0 +1,28 @@
+"""A number that a method cannot use is refused in one line that names it."""
+
+import importlib.util
+import inspect
+import math
+
+import pytest
+
+from narx import baselines
+from narx.errors import UserError
+
+METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
+NUMBERS = [
+    (name, parameter.name)
+    for name, method in METHODS.items()
+    for parameter in inspect.signature(method).parameters.values()
+    if isinstance(parameter.default, float)
+]
+
+
+@pytest.mark.parametrize("value", [-1e9, math.nan])
+@pytest.mark.parametrize(("name", "parameter"), NUMBERS)
+def test_a_number_that_cannot_be_is_named(name, parameter, value):
+    if name == "vqf" and importlib.util.find_spec("vqf") is None:
+        pytest.skip("vqf is not installed")
+    with pytest.raises(UserError, match=rf"\b{parameter} is {value}, expected") as refusal:
+        METHODS[name](**{parameter: value})
+    assert "\n" not in str(refusal.value)
