@@ -221,7 +221,8 @@ def start_offsets_s(paths: list[Path], root: Path) -> Mapping[Path, float]:
             if not {"filename", "acq_time"} <= set(table):
                 continue
             name = path.relative_to(scans.parent).as_posix()
-            times = table.loc[table["filename"].str.strip() == name, "acq_time"].str.strip()
+            listed = table["filename"].str.strip().str.replace("\\", "/").str.removeprefix("./")
+            times = table.loc[listed == name, "acq_time"].str.strip()
             if not len(times) or times.iloc[0] in ("", "n/a"):
                 continue
             try:

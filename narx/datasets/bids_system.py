@@ -1,5 +1,6 @@
 """One tracking system of a Motion-BIDS trial: its channels by tracked point, in SI."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -65,9 +66,10 @@ class TrackingSystem:
 
     def _rate_hz(self, root: Path) -> float:
         metadata, file = sidecar(self.path, root)
-        effective = metadata.get("SamplingFrequencyEffective")
         key = "SamplingFrequency"
-        if isinstance(effective, int | float) and not isinstance(effective, bool):
+        # measured where it is a number; some write "n/a", or the number as text
+        effective = metadata.get("SamplingFrequencyEffective")
+        if re.fullmatch(r"[\d.]+", str(effective)):
             key = "SamplingFrequencyEffective"
         if key not in metadata:
             raise RecordingError(f"{file}: no number '{key}'")

@@ -176,10 +176,22 @@ class MotionBids(TrialSource):
 
 
 def _opened(files: list[Path], root: Path) -> tuple[list[TrackingSystem], list[str]]:
-    """Open all systems of a trial on one clock, which starts with the first of them."""
+    """Open all systems of a trial on one clock, which starts with the first of them.
+
+    A system that cannot be read is left out, as long as another one has a gyroscope.
+    """
     begins_s = start_offsets_s(files, root)
-    systems = [TrackingSystem(path, root, begins_s.get(path, 0.0)) for path in files]
-    notes = [note for system in systems for note in system.notes]
+    systems: list[TrackingSystem] = []
+    errors: list[RecordingError] = []
+    for path in files:
+        try:
+            systems.append(TrackingSystem(path, root, begins_s.get(path, 0.0)))
+        except RecordingError as error:
+            errors.append(error)
+    if errors and not any(system.points("GYRO") for system in systems):
+        raise errors[0]
+    notes = [f"not read: {error}" for error in errors]
+    notes += [note for system in systems for note in system.notes]
     late = {path.name: begin for path, begin in begins_s.items() if begin}
     notes += [f"{name} begins {begin:g} s later, by acq_time" for name, begin in late.items()]
     return systems, notes

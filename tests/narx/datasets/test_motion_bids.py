@@ -290,10 +290,29 @@ def test_a_bad_channel_is_missing(folder):
     assert any("status bad, not read: ACCEL of LeftThigh" in note for note in trial.notes)
 
 
-def test_the_effective_rate_is_the_rate(folder):
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda d: next(d.glob("*mocap*.json")).write_text("{"),
+        lambda d: next(d.glob("*mocap*channels*")).unlink(),
+        lambda d: next(d.glob("*mocap*motion.tsv")).write_text("x\ty\n1\t2\n"),
+        lambda d: next(d.glob("*mocap*.json")).write_text('{"SamplingFrequency": 1}'),
+    ],
+)
+def test_a_damaged_system_without_gyroscope_does_not_prevent_reading(folder, damage):
+    whole = MotionBids(root=folder).load("07", "walk", "01")
+    damage(folder / "sub-07" / "motion")
+    trial = MotionBids(root=folder).load("07", "walk", "01")
+    assert trial.imus.keys() == whole.imus.keys()
+    assert not trial.reference
+    assert sum(note.startswith("not read: ") and "mocap" in note for note in trial.notes) == 1
+
+
+@pytest.mark.parametrize("as_written", [float, str])
+def test_the_effective_rate_is_the_rate(folder, as_written):
     sidecar = next(folder.rglob("*imu*motion.json"))
     sidecar.write_text(
-        json.dumps({"SamplingFrequency": 100, "SamplingFrequencyEffective": _RATE_HZ})
+        json.dumps({"SamplingFrequency": 100, "SamplingFrequencyEffective": as_written(_RATE_HZ)})
     )
     trial = MotionBids(root=folder).load("07", "walk", "01")
     assert trial.sampling_rate_hz == _RATE_HZ
@@ -316,8 +335,8 @@ def test_acquisition_times_bring_systems_together(tmp_path):
     scans = tmp_path / "sub-07" / "sub-07_scans.tsv"
     scans.write_text(
         "filename\tacq_time\n"
-        "motion/sub-07_task-walk_tracksys-imuT_motion.tsv\t2024-05-01T10:00:00.000\n"
-        "motion/sub-07_task-walk_tracksys-imuS_motion.tsv\t2024-05-01T10:00:02.000\n"
+        "./motion/sub-07_task-walk_tracksys-imuT_motion.tsv\t2024-05-01T10:00:00.000\n"
+        "motion\\sub-07_task-walk_tracksys-imuS_motion.tsv\t2024-05-01T10:00:02.000\n"
     )
     source = MotionBids(root=tmp_path)
     trial = source.load("07", "walk", "1")
