@@ -23,8 +23,10 @@ from narx.types import FloatArray
 _SUFFIX = {"double": "", "float": "f"}
 # in float neurons are one that differ by less than its accuracy asks for
 _SAME = {"double": 1e-8, "float": 1e-3}
-# range of the short series; beyond it the library's functions
-_SINE_LIMIT_RAD, _TANH_LIMIT = 1.2, 0.12
+# ranges of the short series, each to about the accuracy of float; beyond them a longer one or the
+# library's functions
+_SHORT_SINE_LIMIT_RAD, _SINE_LIMIT_RAD, _SECANT_LIMIT_RAD = 0.45, 1.2, 0.2
+_CUBIC_TANH_LIMIT, _TANH_LIMIT = 0.03, 0.12
 
 # single numbers of the tracker, by the template's names
 _TRACKER_NUMBERS = {
@@ -37,7 +39,6 @@ _TRACKER_NUMBERS = {
     "known_enough": kernel.KNOWN_ENOUGH,
     "turn_gain": kernel.TURN_GAIN,
     "turn_least": kernel.TURN_LEAST,
-    "swing_decay": kernel.SWING_DECAY,
     "span_decay": kernel.SPAN_DECAY,
     "span_share": kernel.SPAN_SHARE,
     "swing_least": kernel.SWING_LEAST,
@@ -72,7 +73,7 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
     refuse_own_scaling(checkpoint)
     suffix, interval_s = _SUFFIX[precision], 1.0 / checkpoint.model.sampling_rate_hz
     clock = checkpoint.method().clock_numbers(interval_s)
-    w1, b1, w2, b2 = merged_neurons(*physical_weights(checkpoint), _SAME[precision])
+    merged = merged_neurons(*physical_weights(checkpoint), _SAME[precision])
     recurrence = _start_up(checkpoint) if checkpoint.tracker is None else _tracked(checkpoint)
     numbers = {
         "sampling_rate_hz": float(checkpoint.model.sampling_rate_hz),
@@ -86,14 +87,8 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
         "smallest_cos_frontal": COS_FRONTAL_MIN,
         "sine_limit": _SINE_LIMIT_RAD,
         "tanh_square": _TANH_LIMIT**2,
-        "t1": -1 / 3,
-        "t2": 2 / 15,
-        **{f"s{i}": c for i, c in enumerate(_even_series(np.sinc, 1 / math.pi))},
-        **{f"c{i}": c for i, c in enumerate(_even_series(np.cos, 1.0))},
-        "w1": w1,
-        "b1": b1,
-        "w2": w2,
-        "b2": b2,
+        "short_sine_limit": _SHORT_SINE_LIMIT_RAD,
+        "secant_limit": _SECANT_LIMIT_RAD,
         **recurrence,
     }
     counts = {
@@ -101,8 +96,6 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
         "lost_most": clock.lost_most,
         "tracked": int(checkpoint.tracker is not None),
         "short_series": int(precision == "float"),
-        "hidden": len(w2),
-        "biases": int(bool(b1.any() or b2)),
         "past_inputs": checkpoint.model.structure.n_input_state,
         "output_lags": checkpoint.model.structure.output_lags,
         "n_state": checkpoint.model.structure.n_state,
@@ -110,6 +103,8 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
     return {
         "real": precision,
         "f": suffix,
+        **_series(checkpoint.tracker is not None, suffix),
+        "network": _network(merged, checkpoint.model.structure.n_input_state, suffix),
         **{name: str(count) for name, count in counts.items()},
         **{name: _text(value, suffix) for name, value in numbers.items()},
     }
@@ -138,6 +133,7 @@ def _start_up(checkpoint: Checkpoint) -> dict[str, Any]:
         "movement_gain": interval_s / (MOVEMENT_TIME_CONSTANT_S + interval_s),
         "movement_square": MOVEMENT_RAD_S**2,
         "washout_gain": washout_gain(checkpoint.washout_s, interval_s),
+        "washout_kept": 1.0 - washout_gain(checkpoint.washout_s, interval_s),
         "moving_samples": samples_in_movement(start_up, interval_s),
         "coupled": int(checkpoint.model.coupled),
     }
@@ -152,6 +148,8 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
     return {
         **{name: parameters[at] for name, at in _TRACKER_NUMBERS.items()},
         "pi": math.pi,
+        "swing_kept": 1.0 / parameters[kernel.SWING_DECAY],
+        "per_turn_least": 1.0 / parameters[kernel.TURN_LEAST],
         "centre_loss": 1.0 - parameters[kernel.CENTRE_DECAY],
         "longest_gap_s": kernel.LONGEST_GAP_S,
         "longest_bridged_s": between_samples(LONGEST_BRIDGED_S, interval_s, above=False),
@@ -173,13 +171,76 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
     }
 
 
-def _even_series(function: Any, unit: float) -> FloatArray:
-    """Coefficients of ``function(unit x)`` in powers of x^2, for the range of the short series."""
-    half = 0.5 * _SINE_LIMIT_RAD**2
+def _network(
+    merged: tuple[FloatArray, FloatArray, FloatArray, float], n_past_rates: int, suffix: str
+) -> str:
+    """Write the network as a function without loops; the second layer is folded into the first."""
+    past = [f"rates[{k}]" for k in range(n_past_rates)]
+    past += [f"past[{k}]" for k in range(merged[0].shape[1] - 1 - n_past_rates)]
+    lines = [
+        "/* Deviation from the posture; past rates and deviations, newest first. The scales are in",
+        " * the weights, and so is the output's weight of a neuron. */",
+        "static narx_real network_output(narx_real rate, const narx_real *rates,",
+        "                                const narx_real *past)",
+        "{",
+        "    narx_real sum, output;",
+        *([] if n_past_rates else ["    (void)rates;"]),
+    ]
+    assigned = "output ="
+    for w1, b1, w2 in zip(*merged[:3], strict=True):
+        if w2 == 0.0:
+            continue
+        terms = [f"{_text(w, suffix)} * {x}" for w, x in zip(w1 * w2, ["rate", *past], strict=True)]
+        terms += [_text(b1 * w2, suffix)] if b1 else []
+        lines += ["    sum = " + " +\n          ".join(terms) + ";"]
+        tanh = f"{_text(w2, suffix)} * hyperbolic_tangent(sum * {_text(1.0 / w2, suffix)})"
+        if suffix:
+            square = f"{_text((_CUBIC_TANH_LIMIT * w2) ** 2, suffix)}"
+            cubic = f"sum + sum * (sum * sum) * {_text(-1.0 / (3.0 * w2**2), suffix)}"
+            tanh = f"sum * sum < {square} ? {cubic}\n        : {tanh}"
+        lines += [f"    {assigned} {tanh};"]
+        assigned = "output +="
+    if merged[3] or assigned == "output =":
+        lines += [f"    {assigned} {_text(merged[3], suffix)};"]
+    return "\n".join([*lines, "    return output;", "}", ""])
+
+
+def _series(tracked: bool, suffix: str) -> dict[str, str]:
+    """Short series of u = x^2 by the template's names.
+
+    A tracker's heading adds up what is wrong with every turn. Without one, a shorter tangent does.
+    """
+
+    def over(function: Any) -> Any:
+        return lambda x: np.where(x == 0.0, 1.0, function(x) / np.where(x == 0.0, 1.0, x))
+
+    short, long, narrow = _SHORT_SINE_LIMIT_RAD, _SINE_LIMIT_RAD, _SECANT_LIMIT_RAD
+    series = {
+        "sine": _even_series(over(np.sin), long, 3),
+        "cosine": _even_series(np.cos, long, 3),
+        "short_sine": _even_series(over(np.sin), short, 2),
+        "short_cosine": _even_series(np.cos, short, 2),
+        "secant": _even_series(lambda x: 1.0 / np.cos(x), narrow, 2),
+        "tangent": _even_series(over(np.tan), narrow, 2 if tracked else 1),
+        "tanh": [1.0, -1 / 3, 2 / 15],
+    }
+    return {name: _horner(list(numbers), suffix) for name, numbers in series.items()}
+
+
+def _horner(coefficients: list[float], suffix: str) -> str:
+    first = _text(coefficients[0], suffix)
+    if len(coefficients) == 1:
+        return first
+    inner = _horner(coefficients[1:], suffix)
+    return f"{first} + u * {inner if len(coefficients) == 2 else f'({inner})'}"
+
+
+def _even_series(function: Any, limit: float, degree: int) -> FloatArray:
+    """Coefficients of ``function(x)`` in powers of x^2 for -limit < x < limit."""
+    half = 0.5 * limit**2
     interpolate: Any = chebyshev.chebinterpolate
-    series = interpolate(lambda t: function(unit * np.sqrt(half * (1.0 + t))), 3)
-    in_t = chebyshev.cheb2poly(series)
+    in_t = chebyshev.cheb2poly(interpolate(lambda t: function(np.sqrt(half * (1.0 + t))), degree))
     result = np.zeros(1)
     for coefficient in in_t[::-1]:
         result = polynomial.polyadd(polynomial.polymul(result, [-1.0, 1.0 / half]), [coefficient])
-    return np.asarray(result)[:4]
+    return np.asarray(result)[: degree + 1]

@@ -6,39 +6,33 @@
 #define PI_PER_AVERAGING ${pi_per_averaging}
 #define MOVEMENT_GAIN ${movement_gain}
 #define MOVEMENT_SQUARE ${movement_square}
-#define WASHOUT_GAIN ${washout_gain} /* of the slow mean that is subtracted */
+#define WASHOUT_KEPT ${washout_kept} /* of an angle, from sample to sample */
+#define WASHOUT_GAIN ${washout_gain} /* of the posture */
 #define COUPLED ${coupled} /* rates are converted to those of the angles with the estimated tilt */
 
-#define HIDDEN ${hidden} /* identical neurons are merged */
 #define PAST_INPUTS ${past_inputs}
 #define OUTPUT_LAGS ${output_lags}
-#define BIASES ${biases}
-
-/* columns: present and past rates, past deviations, newest first; scales are in the weights */
-static const narx_real W1[HIDDEN][NARX_NETWORK_STATE + 1] = {
-${w1}
-};
-static const narx_real W2[HIDDEN] = {${w2}};
-#if BIASES
-static const narx_real B1[HIDDEN] = {${b1}};
-static const narx_real B2 = ${b2};
+#if COUPLED && NARX_AXES != 3
+#error "the axes of this network are coupled: NARX_AXES is 3"
 #endif
 
 static void hand_over(narx_state *state)
 {
     int axis, k;
-    for (axis = 0; axis < 3; axis++) {
+    for (axis = 0; axis < NARX_AXES; axis++) {
         narx_real *const network = state->network[axis];
         const narx_real rate = state->rates[axis];
         narx_real deviation;
         if (state->known && state->posture_weight > 0)
             state->posture[axis] = state->posture_sum[axis] / state->posture_weight;
         deviation = state->angles[axis] - state->posture[axis];
+        state->returning[axis] = WASHOUT_GAIN * state->posture[axis];
         for (k = 0; k < PAST_INPUTS; k++)
             network[k] = rate;
         network[PAST_INPUTS] = deviation;
         for (k = 1; k < OUTPUT_LAGS; k++)
             network[PAST_INPUTS + k] = deviation - INTERVAL_S * rate;
+        state->next[axis] = state->angles[axis] + (OUTPUT_LAGS > 1 ? INTERVAL_S * rate : 0);
     }
 }
 
@@ -78,7 +72,7 @@ static void start_up_step(narx_state *state, const narx_real axis_rates[3])
         rates_of_angles(axis_rates, tilt, rates);
     }
 #endif
-    for (axis = 0; axis < 3; axis++) {
+    for (axis = 0; axis < NARX_AXES; axis++) {
         const narx_real change = HALF_INTERVAL_S * (rates[axis] + state->rates[axis]);
         state->angles[axis] = (state->angles[axis] + change) * kept;
         state->rates[axis] = rates[axis];
@@ -91,41 +85,32 @@ static void start_up_step(narx_state *state, const narx_real axis_rates[3])
 
 static void network_step(narx_state *state, const narx_real axis_rates[3])
 {
-    narx_real rates[3] = {axis_rates[0], axis_rates[1], axis_rates[2]};
-    int axis, h, k;
+    int axis, k;
 #if COUPLED
-    {
-        narx_real tilt[2];
-        for (axis = 0; axis < 2; axis++) {
-            const narx_real *const past = state->network[axis] + PAST_INPUTS;
-            const narx_real next = OUTPUT_LAGS > 1 ? past[0] + past[0] - past[OUTPUT_LAGS > 1] : past[0];
-            tilt[axis] = next + state->posture[axis];
-        }
-        rates_of_angles(axis_rates, tilt, rates);
-    }
+    narx_real rates[3];
+    rates_of_angles(axis_rates, state->next, rates);
+#else
+    const narx_real *const rates = axis_rates;
 #endif
-    for (axis = 0; axis < 3; axis++) {
-        narx_real *const network = state->network[axis];
-        narx_real output = 0;
-        for (h = 0; h < HIDDEN; h++) {
-            narx_real sum = W1[h][0] * rates[axis];
-            for (k = 0; k < NARX_NETWORK_STATE; k++)
-                sum += W1[h][k + 1] * network[k];
-#if BIASES
-            sum += B1[h];
+    for (axis = 0; axis < NARX_AXES; axis++) {
+        narx_real *const past_rates = state->network[axis];
+        narx_real *const past = past_rates + PAST_INPUTS;
+        const narx_real output = network_output(rates[axis], past_rates, past);
+        const narx_real change = output - past[0];
+        for (k = OUTPUT_LAGS - 1; k > 0; k--)
+            past[k] = past[k - 1];
+        past[0] = output;
+#if PAST_INPUTS
+        for (k = PAST_INPUTS - 1; k > 0; k--)
+            past_rates[k] = past_rates[k - 1];
+        past_rates[0] = rates[axis];
 #endif
-            output += W2[h] * hyperbolic_tangent(sum);
-        }
-#if BIASES
-        output += B2;
+        /* the output less its slow mean, about the posture */
+        state->angles[axis] = WASHOUT_KEPT * (state->angles[axis] + change) + state->returning[axis];
+#if COUPLED
+        if (axis < 2)
+            state->next[axis] = state->posture[axis] + output + (OUTPUT_LAGS > 1 ? change : 0);
 #endif
-        for (k = NARX_NETWORK_STATE - 1; k > 0; k--)
-            network[k] = network[k - 1];
-        if (PAST_INPUTS > 0)
-            network[0] = rates[axis];
-        network[PAST_INPUTS] = output;
-        state->mean[axis] += WASHOUT_GAIN * (output - state->mean[axis]);
-        state->angles[axis] = output + state->posture[axis] - state->mean[axis];
     }
 }
 
@@ -141,4 +126,7 @@ static void begin(narx_state *state, const narx_real *initial_angles)
 {
     state->moving_left = NARX_MOVING_SAMPLES;
     state->known = initial_angles != NULL;
+#if NARX_MOVING_SAMPLES == 0
+    memset(state->angles, 0, sizeof state->angles); /* the network starts from zero */
+#endif
 }

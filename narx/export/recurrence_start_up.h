@@ -5,7 +5,8 @@
     narx_real posture_weight;  /* sum of those weights */
     narx_real mean_square;     /* of the rates over the latest second, rad^2/s^2 */
     narx_real posture[3];      /* angle to which the network's output is relative, rad */
-    narx_real mean[3];         /* slow mean of the deviations from it, subtracted, rad */
+    narx_real returning[3];    /* what the slow mean that is subtracted gives back of it, rad */
+    narx_real next[3];         /* angles expected at the next sample, rad */
     narx_real network[3][NARX_NETWORK_STATE]; /* past rates, then past deviations, newest first */
     unsigned long samples;     /* since the start, during the start-up */
     unsigned long moving_left; /* samples in movement until the start-up ends */

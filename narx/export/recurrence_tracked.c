@@ -19,7 +19,8 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define KNOWN_ENOUGH ${known_enough}
 #define TURN_GAIN ${turn_gain}
 #define TURN_LEAST ${turn_least}
-#define SWING_DECAY ${swing_decay}
+#define PER_TURN_LEAST ${per_turn_least}
+#define SWING_KEPT ${swing_kept}
 #define SPAN_DECAY ${span_decay}
 #define SPAN_SHARE ${span_share}
 #define SWING_LEAST ${swing_least}
@@ -37,9 +38,6 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define VELOCITY_NOISE ${velocity_noise}
 #define SPEED ${speed}
 
-#define HIDDEN ${hidden} /* identical neurons are merged */
-#define PAST_INPUTS ${past_inputs}
-
 static const narx_real CYCLE_VARIANCE[3] = {${cycle_variance}};
 #if AIDED
 static const narx_real VELOCITY_VARIANCE[2] = {${velocity_variance}};
@@ -49,12 +47,6 @@ static const narx_real X_START[N] = {${x_start}};
 static const narx_real UNKNOWN_VARIANCE[N] = {${unknown_variance}};
 static const narx_real KNOWN_VARIANCE[N] = {${known_variance}};
 
-/* columns: present and past rates, past deviations, newest first; scales are in the weights */
-static const narx_real W1[HIDDEN][1 + PAST_INPUTS + NARX_PAST_ANGLES] = {
-${w1}
-};
-static const narx_real W2[HIDDEN] = {${w2}};
-
 static narx_real squared(narx_real value)
 {
     return value * value;
@@ -63,23 +55,15 @@ static narx_real squared(narx_real value)
 ${covariance}
 static narx_real network(const narx_state *s, int axis, narx_real rate, narx_real about)
 {
-    narx_real output = about, past[NARX_PAST_ANGLES];
-    int h, k;
+    narx_real past[NARX_PAST_ANGLES];
+    int k;
     for (k = 0; k < NARX_PAST_ANGLES; k++)
         past[k] = s->past[axis][k] - about;
-    for (h = 0; h < HIDDEN; h++) {
-        narx_real sum = W1[h][0] * rate;
-        for (k = 0; k < PAST_INPUTS; k++)
-            sum += W1[h][1 + k] * s->rates[axis][k];
-        for (k = 0; k < NARX_PAST_ANGLES; k++)
-            sum += W1[h][1 + PAST_INPUTS + k] * past[k];
-        output += W2[h] * hyperbolic_tangent(sum);
-    }
-    return output;
+    return about + network_output(rate, s->rates[axis], past);
 }
 
 /* Propagates the angles over one sample; returns the turn rate. */
-static narx_real carry(narx_state *s, const narx_real own[3], narx_real *cos_frontal)
+static narx_real carry(narx_state *s, const narx_real own[3], narx_real *secant)
 {
     narx_real tilt[2], rates[3];
     int axis, k;
@@ -88,7 +72,7 @@ static narx_real carry(narx_state *s, const narx_real own[3], narx_real *cos_fro
         tilt[axis] =
             NARX_PAST_ANGLES > 1 ? past[0] + past[0] - past[NARX_PAST_ANGLES > 1] : past[0];
     }
-    *cos_frontal = rates_of_angles(own, tilt, rates);
+    *secant = rates_of_angles(own, tilt, rates);
     s->turn += TURN_GAIN * (rates[2] - s->turn);
     for (axis = 0; axis < 3; axis++) {
         const narx_real lean = axis == 1 ? s->x[LEAN] * s->turn : 0;
@@ -106,7 +90,7 @@ static narx_real carry(narx_state *s, const narx_real own[3], narx_real *cos_fro
 static int swing_ends(narx_state *s, narx_real own_sagittal)
 {
     narx_real least;
-    s->swing = (s->swing + INTERVAL_S * own_sagittal) / SWING_DECAY;
+    s->swing = (s->swing + INTERVAL_S * own_sagittal) * SWING_KEPT;
     s->high = s->swing > s->high ? s->swing : s->high;
     s->low = s->swing < s->low ? s->swing : s->low;
     s->span *= SPAN_DECAY;
@@ -232,7 +216,7 @@ static void lose_track(narx_state *s)
 static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
 {
     const narx_real loss = s->known ? 0 : CENTRE_LOSS;
-    narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, cos_f, turn, turned;
+    narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, secant, turn, turned;
     narx_real leak, coupling, noise;
     change_type change;
     const int bridged = s->missing_s > 0 && s->missing_s < LONGEST_BRIDGED_S;
@@ -252,7 +236,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
         bridge(s, own);
     s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
                     s->covariance[CENTRE + 1][CENTRE + 1] < KNOWN_ENOUGH;
-    turn = carry(s, own, &cos_f);
+    turn = carry(s, own, &secant);
     if (fabs${f}(s->x[0]) > PI) {
         const narx_real whole = s->x[0] < 0 ? -2 * PI : 2 * PI;
         s->x[0] -= whole;
@@ -265,7 +249,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     leak = s->by_network ? LEAK_RAD_S * INTERVAL_S : 0;
     coupling = fabs${f}(s->turn) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
     /* the mean heading turns with the person; a threshold would amplify rounding errors */
-    turned = fabs${f}(s->turn) / TURN_LEAST - 1;
+    turned = fabs${f}(s->turn) * PER_TURN_LEAST - 1;
     turned = turned < 0 ? 0 : turned > 1 ? 1 : turned;
     s->x[CENTRE + 2] += INTERVAL_S * s->turn * turned;
     memset(&change, 0, sizeof change);
@@ -303,7 +287,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     propagate(s, &change, loss);
     noise = s->known ? 0 : CENTRE_NOISE;
     for (axis = 0; axis < 3; axis++) {
-        s->covariance[axis][axis] += ANGLE_NOISE + RATE_NOISE * rates / squared(cos_f);
+        s->covariance[axis][axis] += ANGLE_NOISE + RATE_NOISE * rates * squared(secant);
         s->covariance[BIAS + axis][BIAS + axis] += BIAS_NOISE;
     }
     for (axis = 0; axis < 2; axis++)

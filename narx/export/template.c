@@ -18,10 +18,16 @@
 static void sine_cosine(narx_real x, narx_real *sine, narx_real *cosine)
 {
 #if SHORT_SERIES
+    if (x < ${short_sine_limit} && x > -${short_sine_limit}) {
+        const narx_real u = x * x;
+        *sine = x * (${short_sine});
+        *cosine = ${short_cosine};
+        return;
+    }
     if (x < ${sine_limit} && x > -${sine_limit}) {
         const narx_real u = x * x;
-        *sine = x * (${s0} + u * (${s1} + u * (${s2} + u * ${s3})));
-        *cosine = ${c0} + u * (${c1} + u * (${c2} + u * ${c3}));
+        *sine = x * (${sine});
+        *cosine = ${cosine};
         return;
     }
 #endif
@@ -34,26 +40,47 @@ static narx_real hyperbolic_tangent(narx_real x)
 #if SHORT_SERIES
     const narx_real u = x * x;
     if (u < ${tanh_square})
-        return x * (1 + u * (${t1} + u * ${t2}));
+        return x * (${tanh});
+    if (u < 1) /* continued fraction, to 1e-7 */
+        return x * (945 + u * (105 + u)) / (945 + u * (420 + u * 15));
 #endif
     return tanh${f}(x);
 }
 
-/* Returns the cosine of the frontal angle, kept away from zero. */
+/* Secant and tangent; the cosine is kept away from zero. */
+static void secant_tangent(narx_real x, narx_real *secant, narx_real *tangent)
+{
+    narx_real sine, cosine;
+#if SHORT_SERIES
+    if (x < ${secant_limit} && x > -${secant_limit}) {
+        const narx_real u = x * x;
+        *secant = ${secant};
+        *tangent = x * (${tangent});
+        return;
+    }
+#endif
+    sine_cosine(x, &sine, &cosine);
+    if (fabs${f}(cosine) < SMALLEST_COS_FRONTAL)
+        cosine = cosine < 0 ? -SMALLEST_COS_FRONTAL : SMALLEST_COS_FRONTAL;
+    *secant = 1 / cosine;
+    *tangent = sine * *secant;
+}
+
+/* Returns the secant of the frontal angle. */
 static narx_real rates_of_angles(const narx_real axis_rates[3], const narx_real tilt[2],
                                  narx_real rates[3])
 {
-    narx_real sin_s, cos_s, sin_f, cos_f;
+    narx_real sin_s, cos_s, secant, tangent, turning;
     sine_cosine(tilt[0], &sin_s, &cos_s);
-    sine_cosine(tilt[1], &sin_f, &cos_f);
-    if (fabs${f}(cos_f) < SMALLEST_COS_FRONTAL)
-        cos_f = cos_f < 0 ? -SMALLEST_COS_FRONTAL : SMALLEST_COS_FRONTAL;
-    rates[2] = (axis_rates[2] * cos_s - axis_rates[1] * sin_s) / cos_f;
+    secant_tangent(tilt[1], &secant, &tangent);
+    turning = axis_rates[2] * cos_s - axis_rates[1] * sin_s;
+    rates[2] = turning * secant;
     rates[1] = axis_rates[1] * cos_s + axis_rates[2] * sin_s;
-    rates[0] = axis_rates[0] - sin_f * rates[2];
-    return cos_f;
+    rates[0] = axis_rates[0] - turning * tangent;
+    return secant;
 }
 
+${network}
 /* ---- the recurrence, one interval at a time ---- */
 
 ${recurrence}
@@ -88,6 +115,7 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
     }
     if (!(interval_s > 0) || !usable(inputs)) {
         angles[0] = angles[1] = angles[2] = NAN;
+        state->on_tick = 0;
         return;
     }
     paused = !state->seen || state->since_s > NARX_MAX_GAP_S * (1 + ON_TICK);
@@ -117,6 +145,7 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
     state->seen = 1;
     state->since_s = 0;
     state->past_s = rest;
+    state->on_tick = !(rest > 0);
     memcpy(angles, state->angles, sizeof state->angles);
     if (rest > 0) {
         narx_real rates[3];
@@ -128,7 +157,7 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
 
 void narx_step(narx_state *state, const narx_real inputs[NARX_INPUTS], narx_real angles[3])
 {
-    if (!(state->seen && !(state->since_s > 0) && !(state->past_s > 0) && usable(inputs))) {
+    if (!(state->on_tick && usable(inputs))) {
         narx_step_after(state, INTERVAL_S, inputs, angles);
         return;
     }

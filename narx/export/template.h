@@ -27,6 +27,9 @@ typedef ${real} narx_real;
 
 #define NARX_SAMPLING_RATE_HZ ${sampling_rate_hz}
 #define NARX_INPUTS ${inputs}
+#ifndef NARX_AXES /* define it as 1 for the sagittal axis alone, if the axes are not coupled */
+#define NARX_AXES 3
+#endif
 /* an input beyond these limits is a fault: the sample counts as missing */
 #define NARX_RATE_LIMIT_RAD_S ${rate_limit_rad_s}
 #define NARX_FORCE_LIMIT_M_S2 ${force_limit_m_s2}
@@ -41,6 +44,7 @@ typedef struct {
     narx_real past_s;              /* delay of that sample after its tick */
     unsigned char known;           /* whether the start pose was given */
     unsigned char seen;            /* whether there has been a sample */
+    unsigned char on_tick;         /* whether the latest one was on its tick */
 ${fields}} narx_state;
 
 /* initial_angles: start pose, zero when standing upright; NULL if it is unknown. */
