@@ -1,7 +1,8 @@
 /* The rivals for bench.c: the sagittal axis alone, as the papers have it. Constants are folded.
  *
  * METHOD 1: complementary filter, 2: gyro integration-based orientation filter in real time on
- * sensors that filter themselves, 3: pseudo-integrator. */
+ * sensors that filter themselves, 3: pseudo-integrator, 4: 2-point method between its two points,
+ * whose line of drift is a constant here: it is found once they are known. */
 #include <math.h>
 
 #include "constants.h"
@@ -39,6 +40,10 @@ void bench_step(const float inputs[6], float angles[3])
             angle += HALF_INTERVAL_S * (rate + before);
     }
     before = rate;
+#elif METHOD == 4
+    angle = started ? angle + HALF_INTERVAL_S * (rate + before) : atan2f(inputs[3], inputs[5]);
+    before = rate;
+    slow = slow + SLOPE;
 #else
     {
         const float integral = angle + slow, following = KEPT * integral + TURN * (rate + before);
@@ -48,5 +53,5 @@ void bench_step(const float inputs[6], float angles[3])
     }
 #endif
     started = 1;
-    angles[0] = angle;
+    angles[0] = METHOD == 4 ? angle - (LINE + slow - SLOPE) : angle;
 }

@@ -215,19 +215,20 @@ def _series(tracked: bool, suffix: str) -> dict[str, str]:
         return lambda x: np.where(x == 0.0, 1.0, function(x) / np.where(x == 0.0, 1.0, x))
 
     short, long, narrow = _SHORT_SINE_LIMIT_RAD, _SINE_LIMIT_RAD, _SECANT_LIMIT_RAD
-    series = {
+    series: dict[str, FloatArray] = {
         "sine": _even_series(over(np.sin), long, 3),
         "cosine": _even_series(np.cos, long, 3),
         "short_sine": _even_series(over(np.sin), short, 2),
         "short_cosine": _even_series(np.cos, short, 2),
         "secant": _even_series(lambda x: 1.0 / np.cos(x), narrow, 2),
         "tangent": _even_series(over(np.tan), narrow, 2 if tracked else 1),
-        "tanh": [1.0, -1 / 3, 2 / 15],
+        "tanh": np.array([1.0, -1 / 3, 2 / 15]),
     }
-    return {name: _horner(list(numbers), suffix) for name, numbers in series.items()}
+    return {name: _horner(numbers, suffix) for name, numbers in series.items()}
 
 
-def _horner(coefficients: list[float], suffix: str) -> str:
+def _horner(coefficients: FloatArray, suffix: str) -> str:
+    """Write a polynomial in u, its lowest power first."""
     first = _text(coefficients[0], suffix)
     if len(coefficients) == 1:
         return first

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from narx.experiments.embedded import __main__ as embedded
+from narx.experiments.embedded import cortex
 
 
 def test_what_is_missing_is_said(monkeypatch, capsys):
@@ -16,15 +17,17 @@ def test_what_is_missing_is_said(monkeypatch, capsys):
 @pytest.mark.skipif(bool(embedded.missing_programs()), reason="no avr-gcc or simavr")
 def test_the_processor_gives_pythons_angles():
     costs = embedded.costs()
-    assert len(costs) == 5
+    assert len(costs) == 7
     for name, cost in costs.items():
         assert cost.difference_rad < 1e-4, name
         assert 0.0 < cost.mean_us <= cost.worst_us < 30_000.0
         assert cost.flash_bytes < 32_768
         assert cost.ram_bytes < 2048
-    # three coupled axes cost no more than three of the paper's filters
-    assert costs["NARX, three axes"].mean_us < 3 * costs["complementary filter"].mean_us * 1.5
-    assert embedded.table(costs).count("\n") == 6
+        if not cortex.missing_programs():
+            assert 20.0 < cost.instructions["Cortex-M4F"] < cost.instructions["Cortex-M0+"] < 1e5
+    assert costs["NARX, three axes"].mean_us < 1500.0
+    assert costs["NARX, sagittal"].mean_us < costs["complementary filter"].mean_us
+    assert embedded.table(costs).count("\n") == 8
 
 
 @pytest.mark.skipif(bool(embedded.missing_programs()), reason="no avr-gcc or simavr")
@@ -39,3 +42,19 @@ def test_cycles_are_those_of_the_processor():
     np.testing.assert_array_equal(angle_rad, inputs[:, 0])
     # four cycles a turn at 8 MHz, and the call
     np.testing.assert_allclose(time_us, 500.0, atol=10.0)
+
+
+@pytest.mark.skipif(bool(cortex.missing_programs()), reason="no arm-none-eabi-gcc or qemu")
+@pytest.mark.parametrize("processor", cortex.PROCESSORS)
+def test_instructions_are_counted_in_qemu(processor):
+    nothing = (
+        "void bench_start(void) {}\n"
+        "void bench_step(const float inputs[3], float angles[3])\n"
+        '{ __asm__ volatile(".rept 4000\\nnop\\n.endr"); angles[0] = inputs[0]; }\n'
+    )
+    inputs = np.array([[0.5, 0.0, 0.0], [-2.0, 0.0, 0.0]])
+    sources = {"nothing.c": nothing, "signal.h": embedded.signal_header(inputs)}
+    instructions, angle_rad = cortex.count(sources, processor)
+    np.testing.assert_array_equal(angle_rad, inputs[:, 0])
+    # to a step of the counter, and the call
+    np.testing.assert_allclose(instructions, 4000.0, atol=100.0)
