@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from narx.datasets import SimulatedGait, write_recording
+from narx.experiments.predictions.angle_files import write_angles
 
 INPUT = "input={thigh_right: thigh.csv, shank_right: shänk.csv}"
 
@@ -67,6 +68,18 @@ def test_storage_files_of_opensim(run_command, folder):
         assert table.shape == (int(header["nRows"]), int(header["nColumns"]))
         assert next(iter(table)) == "time"
         np.testing.assert_allclose(table.to_numpy(), expected.to_numpy(), atol=1e-9)
+
+
+def test_opensim_reads_its_storage_files(tmp_path):
+    opensim = pytest.importorskip("opensim")
+    table = pd.DataFrame({"time_s": [0.0, 0.01, 0.02], "knee_right_sagittal_deg": [1.0, 2.5, -3.0]})
+    for name in ("knee.sto", "knee.mot"):
+        write_angles(table, tmp_path / name)
+        read = opensim.TimeSeriesTable(str(tmp_path / name))
+        assert read.getTableMetaDataString("inDegrees") == "yes"
+        assert list(read.getIndependentColumn()) == list(table.time_s)
+        column = read.getDependentColumn("knee_right_sagittal").to_numpy()
+        np.testing.assert_array_equal(column, table.knee_right_sagittal_deg)
 
 
 @pytest.mark.parametrize(
