@@ -30,6 +30,7 @@ from narx.experiments.command import command, run_directory
 from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.speed import peers as peers
 from narx.experiments.speed import solvers as solvers
+from narx.experiments.speed import streams as streams
 from narx.experiments.speed.compiled_c import CompiledC
 from narx.experiments.speed.first_use import first_use
 from narx.experiments.speed.task import (
@@ -277,6 +278,11 @@ def _paper(bench: _Bench) -> None:
     bench.time("coupled_75_minutes_4_imus.narx", work, slow=True)
 
 
+def _streams(bench: _Bench) -> None:
+    for name, (work, factor) in streams.works(bench.cfg.peers).items():
+        bench.time(name, work, factor=factor)
+
+
 def _ratios(bench: _Bench) -> dict[str, float | None]:
     own = "closed_loop_jacobian.narx"
     n = f"rollout_{bench.cfg.n_channels}"
@@ -304,6 +310,12 @@ def _ratios(bench: _Bench) -> dict[str, float | None]:
         "rollout_1_vs_c": bench.ratio("rollout_1.c", "rollout_1.narx"),
         "rollout_180_vs_torchscript": bench.ratio(f"{n}.torchscript", f"{n}.narx"),
         "rollout_180_vs_c": bench.ratio(f"{n}.c", f"{n}.narx_1_thread"),
+        "stream_vs_recording": bench.ratio("stream_tracked.recording", "stream_tracked.one_sensor"),
+        "stream_in_step_vs_recording": bench.ratio("stream.recording", "stream.in_step"),
+        "stream_tracked_in_step_vs_recording": bench.ratio(
+            "stream_tracked.recording", "stream_tracked.in_step"
+        ),
+        "stream_vs_vqf": bench.ratio("stream.vqf", "stream_tracked.one_sensor"),
         "multi_start_vs_torch_loop": bench.ratio("multi_start.torch_loop", "multi_start.narx"),
     }
 
@@ -322,6 +334,7 @@ def _speed(cfg: DictConfig) -> None:
         errors = _rollout(bench, c)
     spread = _multi_start(bench)
     _paper(bench)
+    _streams(bench)
     ratios = _ratios(bench)
     report: dict[str, Any] = dict(ratios)
     report["timings"] = {name: vars(timing) for name, timing in bench.timings.items()}

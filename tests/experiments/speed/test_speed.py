@@ -10,6 +10,7 @@ import torch
 
 from narx.experiments.speed import peers as peers
 from narx.experiments.speed import solvers as solvers
+from narx.experiments.speed import streams as streams
 from narx.experiments.speed.__main__ import timed
 from narx.experiments.speed.compiled_c import CompiledC
 from narx.experiments.speed.task import gait_like, open_loop_fit, random_starts
@@ -63,6 +64,17 @@ def test_torch_does_the_same(problem):
     for script in (False, True):
         gradient = peers.torch_gradient(weights, v, target, script)()
         np.testing.assert_allclose(gradient, products[19, :19], rtol=1e-9, atol=1e-9)
+
+
+def test_streams_are_timed_by_the_sample(monkeypatch):
+    monkeypatch.setattr(streams, "SAMPLES", 20)
+    monkeypatch.setattr(streams, "SENSORS", 5)
+    works = streams.works(peers=True)
+    kinds = {name.split(".")[0] for name in works}
+    assert kinds == {"stream", "stream_tracked"}
+    for name, (work, factor) in works.items():
+        work()
+        assert factor == (1 / 5 if name.endswith("in_step") else 1 / 20)
 
 
 SOLVERS = {
