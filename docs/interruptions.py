@@ -17,10 +17,13 @@ import pandas as pd
 from narx.calibration.calibrate import calibrate
 from narx.datasets import SmartphonePocket
 from narx.experiments.tables.table import Table, as_markdown
+from narx.inference.filled_gaps import filled_gap_std_rad
 from narx.inference.narx_method import NarxMethod
+from narx.inference.predict import MAX_GAP_S
 from narx.inference.pretrained import pretrained
 from narx.method import SegmentSignals
 from narx.missing import finite_rows
+from narx.recordings.bridging import bridged
 from narx.types import BoolArray, FloatArray
 
 # duration of a gap, s, and how many a walk of two minutes has
@@ -69,30 +72,51 @@ def with_pause(
     return paused, at + len(rest)
 
 
+def estimated(
+    method: NarxMethod, signals: SegmentSignals, fills: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Angles and their standard deviation (rad), as of a stream, or of a file, whose gaps fill."""
+    rates = signals.axis_rates_rad_s
+    if not fills:
+        found = method.run(signals)
+        assert found.std_rad is not None
+        return found.angles_rad, found.std_rad
+    filled = bridged(rates, signals.sampling_rate_hz, MAX_GAP_S)
+    found = method.run(replace(signals, axis_rates_rad_s=filled))
+    assert found.std_rad is not None
+    time_s = np.arange(signals.n_samples) * signals.interval_s
+    std = np.hypot(found.std_rad, filled_gap_std_rad(time_s, rates, time_s, MAX_GAP_S))
+    missing = ~finite_rows(rates)
+    angles = found.angles_rad.copy()
+    angles[missing] = std[missing] = np.nan
+    return angles, std
+
+
 def gap_rows(
     method: NarxMethod, walks: list[tuple[SegmentSignals, FloatArray]]
 ) -> Iterator[dict[str, object]]:
     """Yield the error with gaps of each kind, mean over walks."""
     for gap_s, n_gaps in ((0.0, 0), *GAPS):
-        shares: list[FloatArray] = []
-        deviations: list[FloatArray] = []
-        for seed, (signals, reference) in enumerate(walks):
-            found = method.run(with_gaps(signals, gap_s, n_gaps, seed))
-            error = np.degrees(reference - found.angles_rad)[:, :2]
-            scored: BoolArray = finite_rows(error)
-            scored[: round(SETTLED_S / signals.interval_s)] = False
-            assert found.std_rad is not None
-            ratio = np.abs(error) / np.degrees(found.std_rad[:, :2])
-            deviations.append(error[scored].std(axis=0))
-            shares.append(np.mean(ratio[scored] < 1.96, axis=0))
-        mean, worst = np.mean(deviations, axis=0), np.max(deviations, axis=0)
-        inside = 100.0 * np.mean(shares, axis=0)
-        yield {
-            "gaps": f"{n_gaps} of {gap_s:g} s" if n_gaps else "none",
-            "SD of the error": f"{mean[0]:.2f} / {mean[1]:.2f}",
-            "worst walk": f"{worst[0]:.1f} / {worst[1]:.1f}",
-            "within the 95 % band": f"{inside[0]:.0f} / {inside[1]:.0f}",
-        }
+        row: dict[str, object] = {"gaps": f"{n_gaps} of {gap_s:g} s" if n_gaps else "none"}
+        for name, fills in (("", False), (", filled", True)):
+            shares: list[FloatArray] = []
+            deviations: list[FloatArray] = []
+            for seed, (signals, reference) in enumerate(walks):
+                angles, std = estimated(method, with_gaps(signals, gap_s, n_gaps, seed), fills)
+                error = np.degrees(reference - angles)[:, :2]
+                scored: BoolArray = finite_rows(error)
+                scored[: round(SETTLED_S / signals.interval_s)] = False
+                ratio = np.abs(error) / np.degrees(std[:, :2])
+                deviations.append(error[scored].std(axis=0))
+                shares.append(np.mean(ratio[scored] < 1.96, axis=0))
+            mean, worst = np.mean(deviations, axis=0), np.max(deviations, axis=0)
+            inside = 100.0 * np.mean(shares, axis=0)
+            row |= {
+                f"SD of the error{name}": f"{mean[0]:.2f} / {mean[1]:.2f}",
+                f"worst walk{name}": f"{worst[0]:.1f} / {worst[1]:.1f}",
+                f"95 % band{name}": f"{inside[0]:.0f} / {inside[1]:.0f}",
+            }
+        yield row
 
 
 def pause_rows(

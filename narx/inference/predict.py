@@ -30,8 +30,8 @@ Frame = Literal["auto", "anatomical", "walking", "sensor"]
 Side = Literal["right", "left"]
 StartPose = Literal["known", "unknown"]
 
-# Longest gap that is filled. On five recorded thighs and shanks this leaves a third of the error of
-# a pause for gaps of 0.2 s, half for 0.4 to 0.8 s, and is no worse for 1 s.
+# Longest gap that is filled. In recorded walks this leaves less of an error than a pause of the
+# network does, less than half for 0.6 s (docs/interruptions.py).
 MAX_GAP_S = 1.1
 # rate, bias and frame are noted for every recording; further notes are exceptions
 _USUAL_NOTES = 3
