@@ -104,7 +104,9 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
         "real": precision,
         "f": suffix,
         **_series(checkpoint.tracker is not None, suffix),
-        "network": _network(merged, checkpoint.model.structure.n_input_state, suffix),
+        "network": _network(
+            merged, checkpoint.model.structure.n_input_state, suffix, checkpoint.tracker is not None
+        ),
         **{name: str(count) for name, count in counts.items()},
         **{name: _text(value, suffix) for name, value in numbers.items()},
     }
@@ -172,9 +174,17 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
 
 
 def _network(
-    merged: tuple[FloatArray, FloatArray, FloatArray, float], n_past_rates: int, suffix: str
+    merged: tuple[FloatArray, FloatArray, FloatArray, float],
+    n_past_rates: int,
+    suffix: str,
+    tracked: bool,
 ) -> str:
-    """Write the network as a function without loops; the second layer is folded into the first."""
+    """Write the network as a function without loops; the second layer is folded into the first.
+
+    In float with a tracker, the neuron gives its change from the latest deviation: the weight of
+    that is close to one, and its rounding, a share of the leak, would add up in the heading.
+    """
+    by_change = bool(suffix) and tracked and len(merged[2]) == 1
     past = [f"rates[{k}]" for k in range(n_past_rates)]
     past += [f"past[{k}]" for k in range(merged[0].shape[1] - 1 - n_past_rates)]
     lines = [
@@ -183,20 +193,25 @@ def _network(
         "static narx_real network_output(narx_real rate, const narx_real *rates,",
         "                                const narx_real *past)",
         "{",
-        "    narx_real sum, output;",
+        "    narx_real sum, change, output;" if by_change else "    narx_real sum, output;",
         *([] if n_past_rates else ["    (void)rates;"]),
     ]
     assigned = "output ="
     for w1, b1, w2 in zip(*merged[:3], strict=True):
         if w2 == 0.0:
             continue
-        terms = [f"{_text(w, suffix)} * {x}" for w, x in zip(w1 * w2, ["rate", *past], strict=True)]
+        weights = w1 * w2
+        if by_change:
+            weights[1 + n_past_rates] -= 1.0
+        terms = [f"{_text(w, suffix)} * {x}" for w, x in zip(weights, ["rate", *past], strict=True)]
         terms += [_text(b1 * w2, suffix)] if b1 else []
-        lines += ["    sum = " + " +\n          ".join(terms) + ";"]
+        total, first = ("change", "past[0] + (change") if by_change else ("sum", "(sum")
+        lines += [f"    {total} = " + " +\n          ".join(terms) + ";"]
+        lines += ["    sum = past[0] + change;"] if by_change else []
         tanh = f"{_text(w2, suffix)} * hyperbolic_tangent(sum * {_text(1.0 / w2, suffix)})"
         if suffix:
             square = f"{_text((_CUBIC_TANH_LIMIT * w2) ** 2, suffix)}"
-            cubic = f"sum + sum * (sum * sum) * {_text(-1.0 / (3.0 * w2**2), suffix)}"
+            cubic = f"{first} + sum * (sum * sum) * {_text(-1.0 / (3.0 * w2**2), suffix)})"
             tanh = f"sum * sum < {square} ? {cubic}\n        : {tanh}"
         lines += [f"    {assigned} {tanh};"]
         assigned = "output +="
