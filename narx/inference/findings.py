@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from narx.errors import RecordingError
+from narx.inference.clocks import SPLINE_GAP_S
 from narx.inference.narx_method import NarxMethod
 from narx.kernels.clock import ARRIVED, MISSING
 from narx.recordings.consistency import contradiction, fit_rotation, is_certain
@@ -63,12 +64,12 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     recording : ImuRecording
         The sensor.
     max_gap_s : float
-        Longest gap that is interpolated, s.
+        Longest gap that is filled, s.
 
     Returns
     -------
     list of str
-        A note on short gaps, and one on long ones, if any.
+        A note each on gaps that are interpolated, filled, and left, if any.
     """
     there = np.isfinite(recording.gyroscope_rad_s).all(axis=1)
     time = recording.time_s[there]
@@ -77,10 +78,16 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     steps = np.diff(time)
     usual = float(np.median(steps))
     limit_s = max(max_gap_s, 1.5 * usual)
-    long, short = steps > limit_s, (steps > 1.5 * usual) & (steps <= limit_s)
+    long, filled = steps > limit_s, (steps > max(SPLINE_GAP_S, 1.5 * usual)) & (steps <= limit_s)
+    short = (steps > 1.5 * usual) & ~filled & ~long
     notes = []
     if short.any():
         notes.append(f"{_gaps(short)} of up to {steps[short].max():.3g} s interpolated")
+    if filled.any():
+        notes.append(
+            f"{_gaps(filled)} of up to {steps[filled].max():.3g} s filled from the rhythm of the "
+            "recording"
+        )
     if long.any():
         notes.append(
             f"{_gaps(long)} longer than {limit_s:g} s (together {steps[long].sum():.3g} s, the "

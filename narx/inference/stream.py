@@ -128,10 +128,13 @@ class OrientationStream:
             Result for this sample.
         """
         values = np.array(sample, dtype=np.float64)
-        if values.shape != self._of_a_sample:
+        if values.shape == self._of_a_sample:
+            # an index costs half as much as a reshape
+            values = values[:, None] if self._lead else values[None, None]
+        else:
             values = self._in_shape(values[..., None, :] if values.ndim else values)
         stamps = self._no_stamps if time_s is None else self._stamps(time_s, self._one[:2])
-        angles, std, quality = self._clocked.follow(values.reshape(self._one), stamps)
+        angles, std, quality = self._clocked.follow(values, stamps)
         if self._lead:
             return Estimate(angles[:, 0], None if std is None else std[:, 0], quality[:, 0])
         return Estimate(angles[0, 0], None if std is None else std[0, 0], quality[0, 0])

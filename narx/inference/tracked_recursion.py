@@ -121,18 +121,22 @@ class _ClockedTracker(Clocked):
         self, samples: FloatArray, stamps: FloatArray
     ) -> tuple[FloatArray, FloatArray | None, NDArray[np.int8]]:
         n_sensors, n_samples = samples.shape[:2]
-        estimates = np.empty((n_sensors, n_samples, 6))
+        # two arrays: views of one would cost as much again as the samples themselves
+        angles = np.empty((n_sensors, n_samples, 3))
+        stds = np.empty((n_sensors, n_samples, 3))
         quality = np.empty((n_sensors, n_samples), np.int8)
+        if n_sensors < 2 * _TOGETHER:
+            follow(
+                samples, stamps, self._numbers, *self._counts, self._state, angles, stds, quality
+            )
+            return angles, stds, quality
 
         def part(first: int, last: int) -> None:
             at = slice(first, last)
             follow(
                 samples[at], stamps[at], self._numbers, *self._counts,
-                self._state[at], estimates[at], quality[at],
+                self._state[at], angles[at], stds[at], quality[at],
             )  # fmt: skip
 
-        if n_sensors < 2 * _TOGETHER:
-            follow(samples, stamps, self._numbers, *self._counts, self._state, estimates, quality)
-        else:
-            in_threads(part, n_sensors, _TOGETHER)
-        return estimates[:, :, :3], estimates[:, :, 3:], quality
+        in_threads(part, n_sensors, _TOGETHER)
+        return angles, stds, quality

@@ -36,7 +36,8 @@ def follow(
     n_states: int,
     n_rates: int,
     state: Any,
-    estimates: Any,
+    angles: Any,
+    stds: Any,
     quality: Any,
 ) -> None:
     """Advance sensors over samples (B, N, C).
@@ -44,8 +45,8 @@ def follow(
     numbers: limit, interval and max_gap of `narx.kernels.clock.lay_out`, factors on the standard
     deviations (3), then p and weights of `narx.kernels.tracker.track`. Changed in place: state
     (B, S), clock (4), latest sample (C), whether the network carried the angles (1), then estimate,
-    covariance, scalars, rates (3, n_rates) and past angles. Filled: estimates (B, N, 6), angles
-    and their standard deviations, NaN where a sample is missing; quality (B, N).
+    covariance, scalars, rates (3, n_rates) and past angles. Filled: angles and stds (B, N, 3), NaN
+    where a sample is missing; quality (B, N).
     """
     n_sensors, n_samples, n_columns = samples.shape
     limit, interval, max_gap, std_scale = numbers[0], numbers[1], numbers[2], numbers[3:6]
@@ -74,7 +75,8 @@ def follow(
             )
             quality[b, k] = arrival
             if arrival == MISSING:
-                estimates[b, k] = math.nan
+                angles[b, k] = math.nan
+                stds[b, k] = math.nan
                 continue
             for _ in range(lost):
                 s[MISSING_S] += p[INTERVAL]
@@ -88,11 +90,11 @@ def follow(
                 state[b, at_works] = 1.0 if works else 0.0
             copy_row(sample, latest)
             if clock[PAST] == 0.0:
-                copy_row(x, estimates[b, k, :3])
+                copy_row(x, angles[b, k])
             else:
-                turn_on(x, sample, clock[PAST], estimates[b, k, :3])
+                turn_on(x, sample, clock[PAST], angles[b, k])
             for axis in range(3):
                 variance = max(covariance[axis, axis], 0.0)
-                estimates[b, k, 3 + axis] = math.sqrt(variance) * std_scale[axis]
+                stds[b, k, axis] = math.sqrt(variance) * std_scale[axis]
             if arrival != AFTER_PAUSE and state[b, at_works] == 0.0:
                 quality[b, k] = STARTING

@@ -82,7 +82,7 @@ def _slower_accelerometer(walk):
     [
         (lambda w: w.columns(), None),
         (_dropped, r"gaps of up to 0.\d+ s interpolated"),
-        (_lost_packets, r"gaps of up to 0.\d+ s interpolated"),
+        (_lost_packets, r"gaps of up to 0.\d+ s filled from the rhythm of the recording"),
         (_held_for_most_of_a_stride, "repeat their predecessor bit by bit"),
         (_jittered, "jitter of the stamps .* a regular clock of 50"),
         (_packets, "stamps at arrival of packets of 6 samples: a regular clock of 50"),
