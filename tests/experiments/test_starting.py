@@ -70,6 +70,8 @@ def test_a_worker_ignores_ctrl_c_until_it_has_imported():
 
 MASKED = """
 import os, signal, sys
+# a process that was started in the background ignores the signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.argv = ["-m"]
 import narx.experiments
 from narx.experiments.compare import __main__ as compare
@@ -91,7 +93,7 @@ compare.main()
 @pytest.mark.skipif(sys.platform == "win32", reason="a process cannot interrupt itself")
 def test_an_interruption_that_ends_in_another_error_is_one():
     done = subprocess.run(
-        [sys.executable, "-c", MASKED], capture_output=True, text=True, check=False
+        [sys.executable, "-c", MASKED], capture_output=True, text=True, check=False, timeout=120
     )
     assert done.returncode == 130
     assert done.stderr == "interrupted: repeat the command to start again\n"
