@@ -199,8 +199,8 @@ def cost_table(source: Source) -> Table:
         "CPU time for the three angles of one sample, whole recordings",
         frame,
         {"µs per sample": 2},
-        "Of one core, on the machine that made this page. A filter runs once for all treatments of its "
-        "heading: its rows with heading 0 or leak are what these add.",
+        "Of one core, on the machine that made this page. A filter runs once for all treatments of "
+        "its heading: its rows with heading 0 or leak are what these add.",
     )
 
 
