@@ -32,7 +32,7 @@ def calibration_figure(
     -------
     matplotlib.figure.Figure
         The diagonal is perfect calibration; below it the prediction is overconfident. The 68 and 95
-        % bands are marked and given as numbers.
+        % bands are marked, and the shares of errors that they hold given as numbers.
     """
     trials = [trial.decimated(rate_hz) for trial in evaluated]
     levels = np.linspace(0.01, 0.99, 99)
@@ -40,22 +40,23 @@ def calibration_figure(
     for axis, name in enumerate(AXES):
         panel = grid[0, axis]
         panel.plot([0, 1], [0, 1], color="0.5", linestyle="--", linewidth=0.8)
-        lines = []
         for method in method_order(m for trial in trials for m in trial.std_rad):
             mine = [trial for trial in trials if method in trial.std_rad]
             error = np.concatenate([np.deg2rad(t.error_deg(method)[:, axis]) for t in mine])
             std = np.concatenate([t.std_rad[method][:, axis] for t in mine])
             found = calibration(error, std)
             colour = method_colour(method)
-            panel.plot(levels, coverage_curve(error, std, levels), color=colour)
+            panel.plot(
+                levels,
+                coverage_curve(error, std, levels),
+                color=colour,
+                label=f"{method_label(method)}\n68 % band: {100 * found.coverage_68:.0f} %, "
+                f"95 % band: {100 * found.coverage_95:.0f} %",
+            )
             panel.plot(
                 [0.68, 0.95], [found.coverage_68, found.coverage_95], "o", color=colour, ms=4
             )
-            lines.append(
-                f"{method_label(method)}: 68 → {100 * found.coverage_68:.0f} %, "
-                f"95 → {100 * found.coverage_95:.0f} %"
-            )
-        panel.text(0.98, 0.03, "\n".join(lines), ha="right", va="bottom", fontsize=7)
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), frameon=False, fontsize=7)
         panel.set(title=name, xlabel="nominal coverage", xlim=(0, 1), ylim=(0, 1))
         panel.set_aspect("equal")
     grid[0, 0].set_ylabel("observed coverage")

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from narx.experiments.figures.canvas import panels, styled
 
@@ -22,7 +23,9 @@ def training_figure(
     ----------
     history : mapping of str to sequence of float
         By quantity (``cost``, ``damping``, ``gradient``, ...), one value per iteration of the best
-        restart; values that are not positive are not drawn, nor panels without any.
+        restart; values that are not positive are not drawn, nor panels without any. Where
+        ``stage`` changes, a dotted line is drawn: cost and gradient jump, since they are those of
+        other windows.
     others : sequence of sequence of float
         First quantity of the other restarts, drawn faintly.
     title : str
@@ -33,15 +36,23 @@ def training_figure(
     matplotlib.figure.Figure
         One panel per quantity.
     """
-    drawn = {name: v for name, v in history.items() if np.isfinite(_positive(v)).any()}
-    figure, grid = panels(1, max(len(drawn), 1), 2.5, 2.1)
+    drawn = {
+        name: values
+        for name, values in history.items()
+        if name != "stage" and np.isfinite(_positive(values)).any()
+    }
+    begins = np.flatnonzero(np.diff(np.asarray(history.get("stage", ())))) + 1
+    figure, grid = panels(1, max(len(drawn), 1), 2.5, 2.1, sharex=True)
     for k, (panel, (name, values)) in enumerate(zip(grid[0], drawn.items(), strict=False)):
         if k == 0:
             for other in others:
                 panel.plot(_positive(other), color="0.6", linewidth=0.6, alpha=0.6)
         panel.plot(_positive(values), color=_COLOURS[k % len(_COLOURS)], linewidth=1.5)
         panel.set_yscale("log")
-        panel.set(title=name.replace("_", " "), xlabel="iteration")
+        for begin in begins:
+            panel.axvline(begin, color="0.5", linestyle=":", linewidth=0.8)
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+        panel.set(title=name.replace("_deg2", " (deg²)").replace("_", " "), xlabel="iteration")
     figure.suptitle(title)
     return figure
 

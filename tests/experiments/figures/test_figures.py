@@ -145,11 +145,16 @@ def test_error_over_time(make_walk):
 def test_training_and_calibration(make_walk):
     figure = training_figure({"cost": [3.0, 1.0, 0.0], "damping": [1.0, np.nan, 2.0]}, [[4.0, 2.0]])
     assert len(figure.axes) == 2
+    staged = training_figure({"cost_deg2": [3.0, 1.0, 2.0, 1.5], "stage": [0.0, 0.0, 1.0, 1.0]})
+    (panel,) = staged.axes
+    assert panel.get_title() == "cost (deg²)"
+    assert [line.get_xdata()[0] for line in panel.lines if line.get_linestyle() == ":"] == [2]
     walk = make_walk()
     found = calibration(np.deg2rad(walk.error_deg("narx")[:, 0]), walk.std_rad["narx"][:, 0])
-    text = calibration_figure([walk], rate_hz=50.0).axes[0].texts[0].get_text()
-    assert text == (
-        f"NARX: 68 → {100 * found.coverage_68:.0f} %, 95 → {100 * found.coverage_95:.0f} %"
+    panel = calibration_figure([walk], rate_hz=50.0).axes[0]
+    assert panel.get_legend().get_texts()[0].get_text() == (
+        f"NARX\n68 % band: {100 * found.coverage_68:.0f} %, "
+        f"95 % band: {100 * found.coverage_95:.0f} %"
     )
 
 
