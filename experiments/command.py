@@ -148,6 +148,9 @@ def command(
                 if status == 0:
                     raise
                 sys.exit(status)
+            finally:
+                if SweepReport.current is not None:
+                    SweepReport.current.remove_unused()
 
         main.__module__ = function.__module__
         return main

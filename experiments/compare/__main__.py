@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from narx.errors import UserError
+from narx.experiments.compare.distinct import distinct_runs, runs_by_name
 from narx.experiments.compare.pairing import Pairing, compare_pair
 from narx.experiments.compare.runs import (
     Run,
@@ -76,7 +77,8 @@ def compare(
     Raises
     ------
     UserError
-        If there is nothing to compare, or a library for the report is not installed.
+        If there is nothing to compare, a run that was found twice has two results, or a library
+        for the report is not installed.
     """
     try:  # imported here, since training needs neither these libraries nor the time to import them
         from narx.experiments.compare.report import write_report
@@ -84,16 +86,18 @@ def compare(
         raise UserError(
             f"narx-compare needs {error.name}: pip install 'narx-orientation[sweep]'"
         ) from error
-    runs, others = find_runs(directories)
+    found, others = find_runs(directories)
+    runs = distinct_runs(found)
+    repeated = len(found) - len(runs)
+    named = runs_by_name(runs)
     metric = choose_metric(runs, metric)
     keys = differing_keys(runs)
-    table = runs_table(runs, metric)
+    table = runs_table(named, metric)
     ranked = configurations_table(table, keys)
-    folders = {run.folder.name: run.folder for run in runs}
+    folders = {name: run.folder for name, run in named.items()}
     pairing: Pairing | None = None
     if pair is not None or len(ranked) > 1:
         pairing = compare_pair(table, folders, metric, *(pair or (1, 2)))
-    best = next(run for run in runs if run.folder.name == table["run"].iloc[0])
     target = directories[0] if output is None else output
     with atomic_path(target / "runs.csv") as temporary:
         table.to_csv(temporary, index=False)
@@ -101,12 +105,17 @@ def compare(
         table.to_parquet(temporary, index=False)
     lines = [
         _markdown(ranked, metric),
-        f"best: narx-train {best_overrides(best)}".rstrip(),
+        f"best: narx-train {best_overrides(named[table['run'].iloc[0]])}".rstrip(),
         *([] if pairing is None else [pairing.sentence(metric)]),
         *([f"unfinished runs left out: {len(others)}"] if others else []),
+        *(
+            [f"repeated runs left out: {repeated} (configuration, seed and results of another)"]
+            if repeated
+            else []
+        ),
         *_unequal(ranked),
     ]
-    write_report(target / "comparison.html", table, runs, metric, keys, lines[1:])
+    write_report(target / "comparison.html", table, folders, metric, keys, lines[1:])
     lines.append(f"{len(table)} runs: {target / 'runs.csv'}, runs.parquet, comparison.html")
     return "\n\n".join(lines)
 

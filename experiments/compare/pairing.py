@@ -81,12 +81,16 @@ def compare_pair(
     Raises
     ------
     UserError
-        If no configuration has such a rank.
+        If these are not the ranks of two configurations.
     """
-    known = sorted(set(table["rank"]))
-    for rank in (first, second):
-        if rank not in known:
-            raise UserError(f"--pair: no configuration {rank}, expected 1 to {known[-1]}")
+    last = int(table["rank"].max())
+    if last == 1:
+        raise UserError(f"--pair {first} {second}: there is only one configuration, expected two")
+    if first == second or not {first, second} <= set(range(1, last + 1)):
+        raise UserError(
+            f"--pair {first} {second}: expected the ranks of two configurations, "
+            f"{'1 and 2' if last == 2 else f'two of 1 to {last}'}"
+        )
     a, b = (table[table["rank"] == rank] for rank in (first, second))
     if (a["fold"] == "").all() and (b["fold"] == "").all():
         left, right = (_by_person(rows, folders) for rows in (a, b))

@@ -2,7 +2,7 @@
 
 import html
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 
@@ -16,7 +16,6 @@ from plotly.colors import qualitative
 from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
-from narx.experiments.compare.runs import Run
 from narx.files import atomic_path
 from narx.kinematics.segment_angles import AXES
 
@@ -32,7 +31,7 @@ _HEAD = (
 def write_report(
     path: Path,
     table: pd.DataFrame,
-    runs: Sequence[Run],
+    folders: Mapping[str, Path],
     metric: str,
     keys: Sequence[str],
     sentences: Sequence[str],
@@ -45,8 +44,8 @@ def write_report(
         File to write.
     table : pandas.DataFrame
         From `narx.experiments.compare.runs.runs_table`.
-    runs : sequence of Run
-        The same runs, for their curves and angles.
+    folders : mapping of str to pathlib.Path
+        Folder of each run, for its curves and angles.
     metric : str
         Metric by which they are ranked.
     keys : sequence of str
@@ -54,12 +53,11 @@ def write_report(
     sentences : sequence of str
         Summary of the results.
     """
-    folder_of = {run.folder.name: run.folder for run in runs}
     figures = {
         "Settings against the error": settings_figure(table, metric, keys),
         "Each setting": scatter_figure(table, metric, keys),
-        "Learning curves": learning_figure(table, folder_of),
-        **angle_figures(folder_of[str(table["run"].iloc[0])]),
+        "Learning curves": learning_figure(table, folders),
+        **angle_figures(folders[str(table["run"].iloc[0])]),
     }
     parts = [
         _HEAD,
@@ -160,14 +158,14 @@ def scatter_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.
     return figure
 
 
-def learning_figure(table: pd.DataFrame, folders: dict[str, Path]) -> go.Figure | None:
+def learning_figure(table: pd.DataFrame, folders: Mapping[str, Path]) -> go.Figure | None:
     """Draw the cost by iteration of the best start of every run.
 
     Parameters
     ----------
     table : pandas.DataFrame
         One row per run, the best first.
-    folders : dict of str to pathlib.Path
+    folders : mapping of str to pathlib.Path
         Folder of each run.
 
     Returns

@@ -1,7 +1,7 @@
 """Collect finished runs: their settings and their metrics."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,23 +70,25 @@ def find_runs(directories: Iterable[Path]) -> tuple[list[Run], list[Path]]:
     Returns
     -------
     runs : list of Run
-        Finished runs, in the order of their folders.
+        Finished runs, in the order of their folders; a folder given twice counts once.
     others : list of pathlib.Path
         Folders of runs that have failed, were interrupted, or are still running.
 
     Raises
     ------
     UserError
-        If a folder does not exist, or none contains a finished run with a metric to compare.
+        If one is not a folder, or none contains a finished run with a metric to compare.
     """
     directories = list(directories)
-    folders: dict[Path, None] = {}
+    folders: dict[Path, Path] = {}
     for directory in directories:
         if not directory.is_dir():
-            raise UserError(f"{directory}: no such folder")
-        folders |= {path.parent: None for path in sorted(directory.rglob(RECORD))}
+            found = "a file" if directory.exists() else "no such folder"
+            raise UserError(f"{directory}: {found}, expected a folder of a sweep or of runs")
+        for path in sorted(directory.rglob(RECORD)):
+            folders.setdefault(path.parent.resolve(), path.parent)
     runs, others = [], []
-    for folder in folders:
+    for folder in folders.values():
         record = read_record(folder)
         assert record is not None
         if record["state"] != "finished":
@@ -168,13 +170,13 @@ def choose_metric(runs: Sequence[Run], wanted: str | None) -> str:
     )
 
 
-def runs_table(runs: Sequence[Run], metric: str) -> pd.DataFrame:
+def runs_table(runs: Mapping[str, Run], metric: str) -> pd.DataFrame:
     """Put runs into one table, the best configuration first.
 
     Parameters
     ----------
-    runs : sequence of Run
-        To compare.
+    runs : mapping of str to Run
+        To compare, by name.
     metric : str
         Metric for the ranking.
 
@@ -183,15 +185,15 @@ def runs_table(runs: Sequence[Run], metric: str) -> pd.DataFrame:
     pandas.DataFrame
         One row per run: ``rank`` of its configuration; ``mean``, ``sd`` and ``n`` of the metric
         over the runs of that configuration, which differ only in their seeds; the keys that
-        differ; seeds; fold; metrics; ``run``, the name of its folder. Times are left out, so that
-        two sweeps with the same results have the same table.
+        differ; seeds; fold; metrics; ``run``, its name. Times are left out, so that two sweeps
+        with the same results have the same table.
     """
-    differing = differing_keys(runs)
+    differing = differing_keys(list(runs.values()))
     rows = []
-    for run in runs:
+    for name, run in runs.items():
         seeds = {key: value for key, value in run.settings.items() if is_seed(key)}
-        settings = {key: _plain(run.settings.get(key)) for key in differing}
-        rows.append({**settings, **seeds, "fold": run.fold, **run.metrics, "run": run.folder.name})
+        settings = {key: plain(run.settings.get(key)) for key in differing}
+        rows.append({**settings, **seeds, "fold": run.fold, **run.metrics, "run": name})
     table = pd.DataFrame(rows)
     number = pd.Series(range(len(table)), index=table.index)
     if differing:
@@ -202,7 +204,7 @@ def runs_table(runs: Sequence[Run], metric: str) -> pd.DataFrame:
     table.insert(0, "mean", number.map(by.mean()))
     table.insert(1, "sd", number.map(by.std()))
     table.insert(2, "n", number.map(by.count()))
-    order = by.mean().rank(method="first").astype(int)
+    order = by.mean().rank(method="first", na_option="bottom").astype(int)
     table.insert(0, "rank", number.map(order))
     by_seed = [str(column) for column in table if is_seed(str(column))]
     return table.sort_values(["rank", *by_seed, "run"], kind="stable").reset_index(drop=True)
@@ -227,5 +229,17 @@ def configurations_table(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFra
     return table.drop_duplicates("rank")[columns].reset_index(drop=True)
 
 
-def _plain(value: object) -> object:
+def plain(value: object) -> object:
+    """Convert a setting to a value that can be grouped.
+
+    Parameters
+    ----------
+    value : object
+        Value of a key.
+
+    Returns
+    -------
+    bool, int, float, str or None
+        Itself, or the text of anything else, such as a list.
+    """
     return value if isinstance(value, bool | int | float | str) or value is None else str(value)

@@ -35,6 +35,7 @@ class SweepReport(Callback):
 
     def __init__(self) -> None:
         self._failures: Path | None = None
+        self._created: list[Path] = []
         self._begun_s = 0.0
 
     def on_multirun_start(self, config: DictConfig, **further: Any) -> None:
@@ -49,6 +50,7 @@ class SweepReport(Callback):
         """
         sweep = Path(config.hydra.sweep.dir).absolute()
         with contextlib.suppress(OSError):  # if it fails here, Hydra's own attempt reports it
+            self._created = [path for path in (sweep, *sweep.parents) if not path.exists()]
             sweep.mkdir(parents=True, exist_ok=True)
         self._failures = sweep / ".failures" / uuid.uuid4().hex
         self._begun_s = time.time()
@@ -129,6 +131,21 @@ class SweepReport(Callback):
             )
         shutil.rmtree(self._failures)
         return USER_ERROR_STATUS if all(f["user_error"] for f in failures) else _FAULT_STATUS
+
+    def remove_unused(self) -> None:
+        """Remove the folders that this launch has created, if no job has begun in them.
+
+        The sweeper writes ``multirun.yaml`` before it composes the jobs' configurations.
+        """
+        if not self._created:
+            return
+        sweep, *parents = self._created
+        with contextlib.suppress(OSError):  # not there; not empty, because others use it
+            if any(path.is_dir() for path in sweep.iterdir()):
+                return
+            shutil.rmtree(sweep)
+            for parent in parents:
+                parent.rmdir()
 
     def report_killed(self) -> int:
         """Print a line for each run whose process has ended without recording how.

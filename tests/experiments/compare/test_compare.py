@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import sys
 
 import numpy as np
@@ -28,7 +29,9 @@ def make_run(folder, hidden, seed, error, state="finished", fold=None):
     OmegaConf.save(OmegaConf.create(overrides), folder / ".hydra" / "overrides.yaml")
     (folder / "run.json").write_text(json.dumps({"identity": str(folder), "state": state}))
     (folder / "metrics.json").write_text(
-        json.dumps({"held_back_error_deg": error, "rmse_deg/knee_right/sagittal/narx": 2 * error})
+        json.dumps(
+            {"held_back_error_deg": error, "rmse_deg/knee_right/sagittal/narx": 2 * (error or 0)}
+        )
     )
     history = [{"cost_deg2": 3.0}, {"cost_deg2": error}]
     training = {"fold": fold or f"S{seed}", "report": {"history": history}}
@@ -109,16 +112,19 @@ def test_the_same_results_give_the_same_table(sweep, tmp_path_factory):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["/no/such/folder"], "/no/such/folder: no such folder"),
+        (["/no/such/folder"], "/no/such/folder: no such folder, expected a folder of a sweep"),
+        (["{sweep}/cut/run.json"], "run.json: a file, expected a folder of a sweep or of runs"),
         (["{empty}"], "no finished run of narx-train or narx-benchmark"),
         (["{sweep}", "--metric", "beauty"], "--metric: not all runs have beauty"),
-        (["{sweep}", "--pair", "1", "9"], "--pair: no configuration 9, expected 1 to 2"),
+        (["{sweep}", "--pair", "1", "9"], "--pair 1 9: expected the ranks of two configurations"),
+        (["{sweep}", "--pair", "1", "1"], "--pair 1 1: expected the ranks of two configurations"),
+        (["{one}", "--pair", "1", "2"], "--pair 1 2: there is only one configuration"),
         (["{sweep}", "--output", "/dev/null/x"], "/dev/null/x: Not a directory"),
     ],
 )
 def test_a_mistake_is_one_line(sweep, tmp_path_factory, monkeypatch, capsys, arguments, says):
-    empty = tmp_path_factory.mktemp("empty")
-    words = [word.format(sweep=sweep, empty=empty) for word in arguments]
+    empty, one = tmp_path_factory.mktemp("empty"), sweep / "model.hidden=2,seed=0"
+    words = [word.format(sweep=sweep, empty=empty, one=one) for word in arguments]
     monkeypatch.setattr(sys, "argv", ["narx-compare", *words])
     with pytest.raises(SystemExit) as stop:
         main()
@@ -151,3 +157,71 @@ def test_a_damaged_run_is_named(sweep):
         UserError, match=r"model\.hidden=2,seed=0: not the folder of a finished run"
     ):
         compare([sweep], None, None, None)
+
+
+@pytest.fixture
+def copied(sweep, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("copied") / "sweep"
+    shutil.copytree(sweep, folder)
+    return folder
+
+
+def test_the_same_run_in_two_folders_counts_once(sweep, copied):
+    once = compare([sweep], None, None, None)
+    alone = pd.read_csv(sweep / "runs.csv")
+    make_run(copied / "model.hidden=3,seed=3", 3, 3, 1.2)
+    make_run(sweep / "of_another_sweep", 3, 3, 1.2 + 1e-9)  # rounded on another processor
+    twice = compare([sweep, copied], None, None, None)
+    table = pd.read_csv(sweep / "runs.csv")
+    assert len(table) == len(alone) + 1
+    assert list(table.groupby("rank")["n"].first()) == [4, 3]
+    assert "repeated runs left out: 7 (" in twice
+    assert "on the same 3 seeds: -0.500" in twice
+    assert "repeated" not in once
+    one = compare([sweep / "model.hidden=2,seed=0", copied / "model.hidden=2,seed=0"], *[None] * 3)
+    assert "repeated runs left out: 1 (" in one
+    assert list(pd.read_csv(sweep / "model.hidden=2,seed=0" / "runs.csv")["n"]) == [1]
+
+
+def test_a_folder_given_twice_has_no_repetitions(sweep):
+    (sweep / "link").symlink_to(sweep / "model.hidden=2,seed=0")
+    said = compare([sweep, sweep / ".." / sweep.name, sweep / "link"], None, None, None)
+    assert "repeated" not in said
+    assert len(pd.read_csv(sweep / "runs.csv")) == 6
+
+
+@pytest.mark.parametrize(
+    ("record", "cause"),
+    [
+        ({}, ", but"),
+        ({"code": "1"}, " with different versions of the code, but"),
+        ({"code": "1", "data_sha256": {"a": "b"}}, " on different data, but"),
+    ],
+)
+def test_two_results_of_the_same_run_are_refused(sweep, copied, record, cause):
+    other = copied / "model.hidden=3,seed=1"
+    shutil.rmtree(other)
+    make_run(other, 3, 1, 1.2)
+    (other / "run.json").write_text(json.dumps({"identity": "", "state": "finished", **record}))
+    with pytest.raises(UserError) as refused:
+        compare([sweep, copied], None, None, None)
+    assert str(refused.value) == (
+        f"{sweep / other.name} and {other}: the same configuration and seed{cause} "
+        "held_back_error_deg is 1.1 and 1.2; expected only one of them"
+    )
+
+
+def test_folders_of_one_name_are_distinguished(tmp_path):
+    make_run(tmp_path / "wide" / "run", 3, 0, 1.0)
+    make_run(tmp_path / "narrow" / "run", 2, 0, 0.5)
+    said = compare([tmp_path / "wide", tmp_path / "narrow"], None, None, tmp_path)
+    assert "best: narx-train model.hidden=2 " in said
+    runs = pd.read_csv(tmp_path / "runs.csv")["run"]
+    assert list(runs) == [str(tmp_path / name / "run") for name in ("narrow", "wide")]
+
+
+def test_a_configuration_without_a_result_is_last(sweep):
+    make_run(sweep / "model.hidden=5,seed=0", 5, 0, None)
+    compare([sweep], "held_back_error_deg", None, None)
+    table = pd.read_csv(sweep / "runs.csv")
+    assert list(table["model.hidden"].unique()) == [3, 2, 5]

@@ -178,6 +178,20 @@ def test_a_sweep_finds_its_folder_by_its_command(launch):
     assert len(list(Path("multirun").glob("*/*"))) == 2
 
 
+def test_a_sweep_that_is_refused_before_its_jobs_leaves_nothing(launch, tmp_path):
+    misspelt = "optimizer=lbfgs,nonsense"
+    status, _, err = launch(misspelt)
+    assert status == 2
+    assert "nonsense" in err
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "mine").mkdir()
+    assert launch(misspelt, "hydra.sweep.dir=mine/of/SW")[0] == 2
+    assert list(tmp_path.rglob("*")) == [tmp_path / "mine"]
+    assert launch("seed=0", "hydra.sweep.dir=mine")[0] == 0
+    assert launch(misspelt, "hydra.sweep.dir=mine")[0] == 2
+    assert checkpoints("mine") == ["3 0"]
+
+
 def test_ctrl_c_keeps_finished_jobs(launch):
     def train_until_stopped(cfg):
         if cfg.seed == 1:
