@@ -24,6 +24,10 @@ from narx.types import BoolArray, FloatArray
 
 # heading errors of frames found from one sensor's walk, thigh and shank (docs/recordings.md)
 HEADING_SD_DEG = (5.0, 10.0)
+# three strides, fewer do not distinguish the forward swing
+_SHORT_S = 3.0
+# slower than any walk
+_STILL_RAD_S = np.radians(5.0)
 
 
 def walking_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rotation, str]:
@@ -66,14 +70,30 @@ def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rota
     left = principal_horizontal_axis(walk, up)
     sign = swing_sign(walk, left)
     if sign == 0:
-        raise RecordingError(
-            f"{trial.name}: '{segment}' does not swing forward and back at different speeds, "
-            "so forward and backward cannot be distinguished; is it walking?"
-        )
+        raise RecordingError(f"{trial.name}: {_no_swing(walk, segment, trial.sampling_rate_hz)}")
     source = "mean specific force of the walk" if standing is None else "standing"
     return frame_from_left(up, sign * left), (
         f"walking: z from {source}, y from the principal horizontal axis at 0.5-10 Hz, "
         "sign from the forward swing"
+    )
+
+
+def _no_swing(walk: FloatArray, segment: str, rate_hz: float) -> str:
+    """Describe why forward and backward cannot be distinguished."""
+    speed = float(np.sqrt((walk**2).sum(axis=1).mean()))
+    if speed < _STILL_RAD_S:
+        return (
+            f"'{segment}' hardly turns ({np.degrees(speed):.2g} deg/s RMS), so there is no walk to "
+            "calibrate from; is it walking?"
+        )
+    if len(walk) < _SHORT_S * rate_hz:
+        return (
+            f"{len(walk) / rate_hz:.1f} s of walking by '{segment}' are too short to distinguish "
+            f"forward from backward, expected at least {_SHORT_S:g} s"
+        )
+    return (
+        f"'{segment}' does not swing forward and back at different speeds, so forward and backward "
+        "cannot be distinguished; is it walking?"
     )
 
 

@@ -9,6 +9,11 @@ from narx.datasets.layout import AXES, CALENDAR, PACKETS, Columns
 from narx.datasets.units import Quantity, factor_to_si, unit_names
 from narx.errors import RecordingError, UserError
 
+_OTHER_NAMES = (
+    "other names are given as columns={time: {names: T, unit: s}, gyroscope: {names: [WX, WY, WZ], "
+    "unit: deg/s}, accelerometer: {names: [AX, AY, AZ], unit: g}}"
+)
+
 
 @dataclass(frozen=True)
 class Found:
@@ -104,7 +109,8 @@ def _found(
             present = names[next(i[0] for i in found if i)]
             missing = _spelled(columns, axes[k], unit)
             raise RecordingError(
-                f"{where}: no column '{missing}' beside '{present}'; found {_listed(names)}"
+                f"{where}: no column '{missing}' beside '{present}'; found {_listed(names)}; "
+                f"{_OTHER_NAMES}"
             )
         if len(of_axis) > 1:
             raise RecordingError(
@@ -124,6 +130,7 @@ def require(
     names: Sequence[str],
     units: Sequence[str] | None,
     where: str,
+    hint: str = _OTHER_NAMES,
 ) -> Found:
     """Find the columns of a required quantity.
 
@@ -131,6 +138,8 @@ def require(
     ----------
     alternatives, quantity, names, units, where
         As for `first_found`.
+    hint : str
+        How other names are given, the end of the message.
 
     Returns
     -------
@@ -146,10 +155,11 @@ def require(
     if found is None:
         axis = "" if quantity == "time" else "x"
         spelled = [_spelled(alternatives[0], axis, unit) for unit in unit_names(quantity)[:2]]
-        expected = " or ".join(dict.fromkeys(spelled[:1] if quantity == "time" else spelled))
+        shown = spelled[:1] if quantity == "time" else spelled
+        expected = " or ".join(f"'{name}'" for name in dict.fromkeys(shown))
         more = "" if quantity == "time" else " (and y, z)"
         raise RecordingError(
-            f"{where}: no column '{expected}'{more}; found {_listed(names) or 'nothing'}"
+            f"{where}: no column {expected}{more}; found {_listed(names) or 'nothing'}; {hint}"
         )
     return found
 

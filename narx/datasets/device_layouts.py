@@ -94,12 +94,12 @@ def read_layout(path: Path) -> Layout:
 
 @cache
 def shipped_layouts() -> tuple[Layout, ...]:
-    """Return the package's own layout, then those of the described devices.
+    """Return the layouts of the described devices, then the package's own.
 
     Returns
     -------
     tuple of Layout
-        In the order in which they are tried.
+        In the order in which they are tried: devices first, since their names are more specific.
     """
     folder = resources.files("narx.datasets.devices")
     files = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
@@ -112,7 +112,7 @@ def shipped_layouts() -> tuple[Layout, ...]:
             layout_from({str(k): v for k, v in content.items()}, file.removesuffix(".yaml"))
         )
     # a required comment makes a description more specific
-    return (OWN, *sorted(described, key=lambda layout: layout.comment is None))
+    return (*sorted(described, key=lambda layout: layout.comment is None), OWN)
 
 
 def recognised(

@@ -124,13 +124,17 @@ _TIMES = ("time", "timestamp", "timestamps", "datetime", "date_time", "date time
 _IN_NAME = ("_{unit}", " ({unit})", " [{unit}]", "({unit})", "[{unit}]")
 
 
-def _own(name: str, *short: str) -> tuple[Columns, ...]:
+def _own(name: str, *others: str) -> tuple[Columns, ...]:
     """Spellings of a name of the package: unit after it, in brackets, or in the units row.
 
-    Shorter names need the unit, since devices use them for a unit of their own.
+    Other names need the unit, since devices use them for a unit of their own.
     """
     full = [Columns(name + unit) for unit in (*_IN_NAME, "")]
-    return (*full, *(Columns(other + unit) for other in short for unit in _IN_NAME))
+    return (*full, *(Columns(other + unit) for other in others for unit in _IN_NAME))
+
+
+def _spaced(*names: str) -> tuple[str, ...]:
+    return tuple(name + between + "{axis}" for name in names for between in ("_", " ", ""))
 
 
 OWN = Layout(
@@ -140,6 +144,6 @@ OWN = Layout(
         *(columns for columns in _own("timestamp") if "{unit}" in columns.names),
         *(Columns(name, unit=CALENDAR) for name in _TIMES),
     ),
-    _own("gyroscope_{axis}", "gyro_{axis}", "gyr_{axis}"),
-    _own("accelerometer_{axis}", "accel_{axis}", "acc_{axis}"),
+    _own("gyroscope_{axis}", "gyroscope {axis}", *_spaced("gyro", "gyr")),
+    _own("accelerometer_{axis}", "accelerometer {axis}", *_spaced("accel", "acc")),
 )

@@ -62,7 +62,8 @@ def read_orientation(path: Path, reference: ReferenceFiles) -> Tracked:
 
 
 def _time_s(table: Table, columns: Columns) -> FloatArray:
-    found = require((columns,), "time", table.names, table.units, str(table.path))
+    hint = "another name is given as reference.time in the study's file"
+    found = require((columns,), "time", table.names, table.units, str(table.path), hint)
     calendar = table.seconds(found.indices[0])
     if calendar is not None:
         return calendar[0]

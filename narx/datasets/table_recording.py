@@ -159,7 +159,7 @@ def recording_from(table: Table, layout: Layout | None, segment: str) -> ImuReco
     stamps, notes = _stamps(table, layout)
     gyroscope = _vectors(table, require(layout.gyroscope, "gyroscope", names, units, where))
     found = first_found(layout.accelerometer, "accelerometer", names, units, where)
-    if found is None and any(name.startswith("accelerometer_") for name in names):
+    if found is None and any(re.match("accelerometer[_ ]", name, re.I) for name in names):
         found = require(layout.accelerometer, "accelerometer", names, units, where)
     force = np.full_like(gyroscope, np.nan) if found is None else _vectors(table, found)
     if len(stamps) == 0:

@@ -15,6 +15,7 @@ from narx.inference.bias import check_known_start, remove_static_bias
 from narx.inference.clocks import ClockConversion
 from narx.inference.filled_gaps import filled_gap_std_rad
 from narx.inference.findings import check_consistency, gap_notes, start_up_note
+from narx.inference.mounting import mounting_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.pretrained import load_or_pretrained
 from narx.kernels.clock import MISSING
@@ -152,10 +153,18 @@ def predict(
         force = conversion.to_clock(recording.accelerometer_m_s2)
         more += check_consistency(gyroscope, force, rate_hz, is_leg=frame != "sensor", where=where)
     to_anatomical: Rotation | None = None
+    is_assumed = frame == "auto"
     if frame == "auto":
         frame = "walking" if has_accelerometer else "anatomical"
     if frame == "anatomical":
         frame_note = "frame anatomical: axes taken as x forward, y left, z up"
+        more[:0] = mounting_note(
+            gyroscope,
+            rate_hz,
+            has_accelerometer=has_accelerometer,
+            is_assumed=is_assumed,
+            where=where,
+        )
     elif has_accelerometer:
         check_gravity(force, where)
         imu = ImuRecording(f"leg_{side}", conversion.clock_s, gyroscope, force)
@@ -274,8 +283,9 @@ def angles_from_gyroscope(
         remove_bias=remove_bias,
         still_s=still_s,
     )
-    doubts = [prediction.notes[1]] if remove_bias and prediction.bias_rad_s is None else []
-    doubts += prediction.notes[_USUAL_NOTES:]
+    doubts = list(prediction.notes[_USUAL_NOTES:])
+    if remove_bias and prediction.bias_rad_s is None:
+        doubts.append(prediction.notes[1])
     if doubts:
         warnings.warn("; ".join(doubts), UserWarning, stacklevel=2)
     return prediction.angles_rad

@@ -61,8 +61,13 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
         raise RecordingError(f"{where}: {recording.n_samples} samples, expected at least 2")
     times = sampling_times(recording.time_s, recording.gyroscope_rad_s, where)
     gyroscope = recording.gyroscope_rad_s[times.rows]
-    if np.isfinite(gyroscope).all(axis=1).sum() < 2:
+    there = gyroscope[np.isfinite(gyroscope).all(axis=1)]
+    if len(there) < 2:
         raise RecordingError(f"{where}: no two gyroscope samples, expected a recording")
+    if not there.any():
+        raise RecordingError(
+            f"{where}: the gyroscope is zero throughout, expected angular rates; was it off?"
+        )
     force, force_notes = _without_impossible(recording.accelerometer_m_s2[times.rows])
     _check_size(times.time_s, where)
     _check_range(gyroscope, where)

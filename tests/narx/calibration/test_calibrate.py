@@ -302,14 +302,22 @@ def test_what_cannot_be_calibrated_is_refused_in_one_line():
         calibrate(wrong_unit)
 
 
-def test_something_that_does_not_walk_is_refused():
-    time = _time(20.0)
+@pytest.mark.parametrize(
+    ("duration_s", "size_rad", "message"),
+    [
+        (20.0, 0.3, "forward and backward cannot be distinguished"),
+        (20.0, 0.003, r"hardly turns \(.* deg/s RMS\)"),
+        (2.0, 0.3, "2.0 s of walking by 'thigh' are too short .* expected at least 3 s"),
+    ],
+)
+def test_something_that_does_not_walk_is_refused(duration_s, size_rad, message):
+    time = _time(duration_s)
     # the rate is not skewed: forward and backward swing are equally fast
-    swing = Rotation.from_rotvec(np.outer(0.3 * np.sin(2 * np.pi * time), [0.0, 1.0, 0.0]))
+    swing = Rotation.from_rotvec(np.outer(size_rad * np.sin(6 * np.pi * time), [0.0, 1.0, 0.0]))
     trial = Trial(
         "made", "s", "c", "t", _RATE_HZ, {"thigh": _imu("thigh", swing, Rotation.identity())}
     )
-    with pytest.raises(RecordingError, match="forward and backward cannot be distinguished"):
+    with pytest.raises(RecordingError, match=message):
         calibrate(trial)
 
 

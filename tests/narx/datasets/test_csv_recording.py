@@ -9,8 +9,10 @@ import scipy.io
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from omegaconf import OmegaConf
 
 from narx.datasets.csv_recording import read_recording, write_recording
+from narx.datasets.device_layouts import layout_from
 from narx.errors import RecordingError
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
 
@@ -69,8 +71,8 @@ def test_the_accelerometer_is_optional_and_order_does_not_matter(written):
     [
         (_table().drop(columns="time_s"), "no column 'time_s'"),
         (_table().drop(columns="gyroscope_y_rad_s"), "no column 'gyroscope_y_rad_s' beside"),
-        (_table("furlong"), "no column 'gyroscope_x_rad_s or gyroscope_x_deg_s'"),
-        (_table(accelerometer="ft_s2"), "no column 'accelerometer_x_m_s2 or accelerometer_x_g'"),
+        (_table("furlong"), "no column 'gyroscope_x_rad_s' or 'gyroscope_x_deg_s'"),
+        (_table(accelerometer="ft_s2"), "no column 'accelerometer_x_m_s2' or 'accelerometer_x_g'"),
         (_table().assign(time_s=[0, 0.1, 0.1, 0.2, 0.3]), "does not increase at data row 3"),
         (_table().assign(gyroscope_x_rad_s="fast"), "line 2, column gyroscope_x_rad_s"),
         (_table().to_csv(index=False)[:-9], "cut off"),
@@ -83,6 +85,47 @@ def test_damage_ends_in_one_line(written, table, message):
         read_recording(written(table))
     assert "\n" not in str(caught.value)
     assert "recording.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        _table().drop(columns="time_s"),
+        _table().drop(columns="gyroscope_y_rad_s"),
+        _table().rename(columns=lambda name: name[:1] + name[10:]),
+    ],
+)
+def test_a_missing_column_shows_how_other_names_are_given(written, table, tmp_path):
+    with pytest.raises(RecordingError, match="; other names are given as columns=") as caught:
+        read_recording(written(table))
+    given = OmegaConf.create(str(caught.value).rsplit("columns=", 1)[1])
+    layout = layout_from(OmegaConf.to_container(given), "columns")
+    own = _table("deg_s", "g").drop(columns="comment")
+    path = tmp_path / "own.csv"
+    own.set_axis(["T", "WX", "AX", "WY", "AY", "WZ", "AZ"], axis=1).to_csv(path, index=False)
+    recording = read_recording(path, layout=layout)
+    assert recording.gyroscope_rad_s[1] == pytest.approx(np.radians([1, 2, 3]))
+    assert recording.accelerometer_m_s2[0] == pytest.approx([0, 0, GRAVITY_M_S2])
+
+
+@pytest.mark.parametrize(
+    ("gyroscope", "accelerometer"),
+    [
+        ("Gyro {} (deg/s)", "Acc {} (g)"),
+        ("Gyroscope {} [deg/s]", "Accelerometer {} [g]"),
+        ("Gyr{}(deg/s)", "Accel{}(g)"),
+        ("gyro {}_dps", "acc {}_g"),
+    ],
+)
+def test_names_with_blanks_and_units_in_brackets(written, gyroscope, accelerometer):
+    columns = {"Timestamp (ms)": 10 * np.arange(5)}
+    for k, axis in enumerate("XYZ"):
+        columns[gyroscope.format(axis)] = np.arange(5) + k
+        columns[accelerometer.format(axis)] = np.full(5, float(k == 2))
+    recording = read_recording(written(pd.DataFrame(columns)))
+    assert recording.time_s[1] == pytest.approx(0.01)
+    assert recording.gyroscope_rad_s[1] == pytest.approx(np.radians([1, 2, 3]))
+    assert recording.accelerometer_m_s2[0] == pytest.approx([0, 0, GRAVITY_M_S2])
 
 
 def test_a_parquet_file_of_billions_of_equal_values_is_refused(tmp_path):

@@ -169,6 +169,16 @@ def test_a_walk_without_rest_keeps_its_bias_with_a_note(motion, tmp_path):
         angles_from_gyroscope(cut, 100.0, checkpoint=tmp_path / "net.pt")
 
 
+def test_a_gyroscope_mounted_otherwise_is_reported_first(walk, tmp_path):
+    save(checkpoint(5.0), tmp_path / "net.pt")
+    rate = MOUNTING.apply(sensor_on(walk).gyroscope_rad_s)
+    with pytest.raises(RecordingError, match=r"^recording: the leg swings about .*frame=anatom"):
+        angles_from_gyroscope(rate, 100.0, checkpoint=tmp_path / "net.pt")
+    rate[2000:2200] = np.nan
+    with pytest.warns(UserWarning, match=r"^the leg swings about .*; 1 gap longer"):
+        angles_from_gyroscope(rate, 100.0, frame="anatomical", checkpoint=tmp_path / "net.pt")
+
+
 def test_one_line_of_python(walk, tmp_path):
     save(checkpoint(5.0), tmp_path / "net.pt")
     recording = sensor_on(walk)
@@ -245,9 +255,12 @@ def test_missing_data_are_reported(walk, motion):
     )
     with pytest.raises(RecordingError, match=r"^w: start_pose=known with frame=walking needs"):
         predict(moving, NETWORK, start_pose="known", where="w")
-    still = sensor_on(motion("tilted"))
-    with pytest.raises(RecordingError, match=r"^w: .*is it walking"):
-        predict(still, NETWORK, where="w")
+    off = sensor_on(motion("tilted"))
+    with pytest.raises(RecordingError, match=r"^w: the gyroscope is zero throughout"):
+        predict(off, NETWORK, where="w")
+    noise = np.random.default_rng(0).normal(0.0, 0.01, (off.n_samples, 3))
+    with pytest.raises(RecordingError, match=r"^w: .*hardly turns .*is it walking"):
+        predict(replace(off, gyroscope_rad_s=noise), NETWORK, where="w")
     with pytest.raises(UserError, match=r"^sampling_rate_hz is 0, expected a positive number"):
         angles_from_gyroscope(recording.gyroscope_rad_s, 0)
 

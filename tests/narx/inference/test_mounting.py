@@ -1,0 +1,79 @@
+"""Axes taken as the segment's are compared with the axis about which the leg swings."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from narx.calibration.calibrate import calibrate
+from narx.datasets.neura_sample import NeuraSample
+from narx.errors import RecordingError
+from narx.inference.mounting import mounting_note
+
+
+def _note(rate, sampling_rate_hz=50.0, has_accelerometer=False, is_assumed=True):
+    return mounting_note(
+        rate,
+        sampling_rate_hz,
+        has_accelerometer=has_accelerometer,
+        is_assumed=is_assumed,
+        where="walk.csv",
+    )
+
+
+def _turned(walk, sequence, degrees):
+    return Rotation.from_euler(sequence, degrees, degrees=True).apply(walk.gyroscope_rad_s)
+
+
+@pytest.fixture(scope="module")
+def walk(device_walk):
+    return device_walk(50.0, 30.0)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 20.0, -20.0])
+def test_the_segments_axes_are_accepted(walk, degrees):
+    assert _note(_turned(walk, "z", degrees)) == []
+
+
+def test_another_axis_is_refused_if_the_frame_was_assumed(walk):
+    rate = _turned(walk, "zx", [100.0, 30.0])
+    with pytest.raises(RecordingError, match=r"^walk.csv: the leg swings about \(.*an acceler"):
+        _note(rate)
+    (note,) = _note(rate, is_assumed=False)
+    axis = np.array(re.search(r"about \((.*)\), expected", note)[1].split(", "), dtype=float)
+    left = Rotation.from_euler("zx", [100.0, 30.0], degrees=True).apply([0.0, 1.0, 0.0])
+    # the walk's principal axis is a few degrees off
+    assert axis @ left > np.cos(np.radians(15.0))
+    (note,) = _note(rate, has_accelerometer=True, is_assumed=False)
+    assert "Give frame=walking" in note
+
+
+def test_a_smaller_deviation_is_noted(walk):
+    (note,) = _note(_turned(walk, "z", 50.0))
+    assert "is the sensor mounted otherwise" in note
+
+
+def test_a_reversed_axis_is_noted(walk):
+    (note,) = _note(_turned(walk, "z", 180.0))
+    assert "as if y pointed to the right" in note
+
+
+def test_movements_other_than_walking_are_not_judged(walk):
+    generator = np.random.default_rng(0)
+    assert _note(np.zeros((1500, 3))) == []
+    assert _note(np.full((1500, 3), np.nan)) == []
+    assert _note(generator.normal(0.0, 2.0, (1500, 3)) * [1.0, 0.2, 0.2]) == []
+    assert _note(_turned(walk, "z", 90.0)[:200]) == []
+
+
+def test_the_sensors_of_a_recorded_walk(data_root):
+    """Thighs turn about z nearly as much as they swing: that is no other mounting."""
+    (trial,) = NeuraSample(root=data_root / "neura_sample")
+    for segment, found in calibrate(trial, "walking").items():
+        rate = found.sensor_to_anatomical.apply(trial.imus[segment].gyroscope_rad_s)
+        assert _note(rate, trial.sampling_rate_hz) == []
+        (note,) = _note(rate[:, [1, 0, 2]] * [1, 1, -1], trial.sampling_rate_hz, is_assumed=False)
+        assert "expected y" in note
+        (note,) = _note(rate * [-1, -1, 1], trial.sampling_rate_hz)
+        assert "as if y pointed to the right" in note
