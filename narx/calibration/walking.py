@@ -65,7 +65,8 @@ def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rota
     if len(walk) < MIN_WALK_S * trial.sampling_rate_hz:
         raise RecordingError(
             f"{trial.name}: {len(walk) / trial.sampling_rate_hz:.1f} s of walking by "
-            f"'{segment}' to calibrate from, expected at least {MIN_WALK_S:g} s"
+            f"'{segment}' to calibrate from in a recording of "
+            f"{trial.n_samples / trial.sampling_rate_hz:.2g} s, expected at least {MIN_WALK_S:g} s"
         )
     left = principal_horizontal_axis(walk, up)
     sign = swing_sign(walk, left)

@@ -307,6 +307,7 @@ def test_what_cannot_be_calibrated_is_refused_in_one_line():
     [
         (20.0, 0.3, "forward and backward cannot be distinguished"),
         (20.0, 0.003, r"hardly turns \(.* deg/s RMS\)"),
+        (0.5, 0.3, "0.0 s of walking by 'thigh' .* in a recording of 0.5 s, expected at least 1 s"),
         (2.0, 0.3, "2.0 s of walking by 'thigh' are too short .* expected at least 3 s"),
     ],
 )
