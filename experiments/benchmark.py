@@ -75,7 +75,11 @@ def run(
     if report is None:
         report = instantiate(cfg.report, _convert_="all")
     sources = open_sources(cfg)
-    folds = list(instantiate(cfg.split, _convert_="all")(combined_index(sources)))
+    index = combined_index(sources)
+    # most sources have to read a trial to know: their absence of references is found at the end
+    if "has_reference" in index and index["has_reference"].eq(False).all():
+        raise UserError(_no_reference(sources))
+    folds = list(instantiate(cfg.split, _convert_="all")(index))
     gathered = Gathered(pd.DataFrame())
     rivals = rivals_of(cfg, gathered)
     all_rows = []
@@ -129,11 +133,15 @@ def run(
         raise UserError(_nothing_to_score(sources, report, gathered))
     gathered.results = results_table(all_rows)
     if not gathered.results["n_samples"].any():
-        raise UserError(
-            f"data={','.join(sources)}: nothing to score, no trial has a reference; "
-            "use narx-predict to compute angles only"
-        )
+        raise UserError(_no_reference(sources))
     return gathered
+
+
+def _no_reference(sources: Mapping[str, TrialSource]) -> str:
+    return (
+        f"data={','.join(sources)}: nothing to score, no trial has a reference; "
+        "use narx-predict to compute angles only"
+    )
 
 
 def _nothing_to_score(

@@ -61,12 +61,13 @@ class Training(Section):
 
 
 class Walks(Section):
-    """Settings of `data.simulated_gait` that an experiment overrides (checked there)."""
+    """Settings of `data.simulated_gait` that a preset overrides (checked there)."""
 
     subjects: Any = None
     protocol: Any = None
     conditions: Any = None
     trials_per_condition: Any = None
+    treadmill_duration_s: Any = None
     steps: Any = None
     sampling_rate_hz: Any = None
     sensor: Any = None

@@ -6,6 +6,7 @@ Needs avr-gcc, avr-libc and simavr (Debian: gcc-avr avr-libc simavr); without th
 Where arm-none-eabi-gcc and qemu-system-arm are installed, instructions on a Cortex-M are counted.
 """
 
+import argparse
 import re
 import shutil
 import subprocess
@@ -279,6 +280,12 @@ def table(measured: Mapping[str, Cost]) -> str:
 def main() -> None:
     """Print the table, or what is missing for it."""
     imported()
+    parser = argparse.ArgumentParser(
+        "python -m experiments.embedded",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.parse_args()
     missing = missing_programs()
     if missing:
         print(f"embedded: skipped, not installed: {', '.join(missing)} (gcc-avr avr-libc simavr)")

@@ -125,9 +125,11 @@ class Study(TrialSource):
         return self._opened
 
     def _list_trials(self) -> pd.DataFrame:
-        frame = pd.DataFrame(list(self._study()[1]), columns=list(INDEX_COLUMNS))
-        segments = [", ".join(trial.sensors) for trial in self._study()[1].values()]
-        return frame.assign(segments=segments)
+        trials = self._study()[1]
+        return pd.DataFrame(list(trials), columns=list(INDEX_COLUMNS)).assign(
+            segments=[", ".join(trial.sensors) for trial in trials.values()],
+            has_reference=[bool(trial.references) for trial in trials.values()],
+        )
 
     def _load(self, subject: str, condition: str, trial: str) -> Trial:
         study, trials = self._study()

@@ -29,7 +29,7 @@ from narx.types import FloatArray
 Format = Literal["torchscript", "torch_export", "onnx", "c"]
 Precision = Literal["double", "float"]
 
-_SUFFIX = {"torch_export": ".pt2", "c": ".c"}
+_SUFFIX = {"torchscript": ".pt", "torch_export": ".pt2", "onnx": ".onnx", "c": ".c"}
 _NUMPY: dict[str, type] = {"double": np.float64, "float": np.float32}
 _TORCH = {"double": torch.float64, "float": torch.float32}
 
@@ -50,7 +50,8 @@ def write(
     checkpoint : Checkpoint
         Network to export.
     path : path-like
-        Output file; ``*.pt2`` for ``torch_export``, ``*.c`` for ``c``, which also writes a header.
+        Output file: ``*.pt`` for ``torchscript``, ``*.pt2`` for ``torch_export``, ``*.onnx`` for
+        ``onnx``, ``*.c`` for ``c``, which also writes a header.
     format : {"torchscript", "torch_export", "onnx", "c"}
         See docs/export.md.
     precision : {"double", "float"}, optional
@@ -78,10 +79,9 @@ def write(
         raise UserError(
             f"precision is '{precision}', expected one of {', '.join(get_args(Precision))}"
         )
-    suffix = _SUFFIX.get(format)
-    if suffix is not None and target.suffix != suffix:
+    if target.suffix != _SUFFIX[format]:
         raise UserError(
-            f"output is '{target}', expected a name ending in {suffix} for format={format}"
+            f"output is '{target}', expected a name ending in {_SUFFIX[format]} for format={format}"
         )
     checkpoint.check()
     about = {**identity(checkpoint, format, precision), "verification": None}

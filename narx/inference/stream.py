@@ -9,7 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from narx.errors import UserError
 from narx.method import OrientationMethod
+from narx.recordings.stamps import checked_rate_hz
+from narx.settings.wording import shown
 from narx.types import FloatArray
+
+_NOT_NUMBERS = TypeError, ValueError, OverflowError
 
 
 class Quality(IntEnum):
@@ -86,24 +90,29 @@ class OrientationStream:
         n_sensors: int | None = None,
         initial_angles_rad: ArrayLike | None = None,
     ) -> None:
-        if not (np.isfinite(sampling_rate_hz) and sampling_rate_hz > 0):
-            raise UserError(f"sampling_rate_hz is {sampling_rate_hz}, expected a positive number")
-        if n_sensors is not None and n_sensors < 1:
-            raise UserError(f"n_sensors is {n_sensors}, expected one or more")
+        if not isinstance(method, OrientationMethod):
+            raise UserError(
+                f"method is a {type(method).__name__}, expected a method, e.g. checkpoint.method()"
+            )
+        rate_hz = checked_rate_hz(sampling_rate_hz, "sampling_rate_hz")
+        if n_sensors is not None and not (
+            isinstance(n_sensors, int | np.integer) and n_sensors >= 1
+        ):
+            raise UserError(f"n_sensors is {shown(n_sensors)}, expected a whole number from 1")
         n = 1 if n_sensors is None else int(n_sensors)
         self._lead = () if n_sensors is None else (n,)
         starts = None
         if initial_angles_rad is not None:
-            starts = np.array(initial_angles_rad, dtype=np.float64)
+            starts = _numbers(initial_angles_rad, "initial_angles_rad")
             if starts.shape not in ((3,), (n, 3)) or not np.isfinite(starts).all():
                 raise UserError(
                     f"initial_angles_rad has the shape {starts.shape}, expected (3,) or ({n}, 3), "
                     "finite"
                 )
-            starts = np.ascontiguousarray(np.broadcast_to(starts, (n, 3)))
+            starts = np.broadcast_to(starts, (n, 3)).copy()
         n_columns = 6 if method.needs_accelerometer else 3
-        self._clocked = method.recursion(float(sampling_rate_hz), n, starts).clocked(
-            method.clock_numbers(1.0 / float(sampling_rate_hz)), (n, n_columns), method.stds_rad()
+        self._clocked = method.recursion(rate_hz, n, starts).clocked(
+            method.clock_numbers(1.0 / rate_hz), (n, n_columns), method.stds_rad()
         )
         self._one = n, 1, n_columns
         self._of_a_sample = (*self._lead, n_columns)
@@ -126,13 +135,21 @@ class OrientationStream:
         -------
         Estimate
             Result for this sample.
+
+        Raises
+        ------
+        UserError
+            If a shape is wrong, or a value is not a number.
         """
-        values = np.array(sample, dtype=np.float64)
+        try:
+            values = np.array(sample, dtype=np.float64)
+        except _NOT_NUMBERS as error:
+            raise _no_numbers(sample, "sample") from error
         if values.shape == self._of_a_sample:
             # an index costs half as much as a reshape
             values = values[:, None] if self._lead else values[None, None]
         else:
-            values = self._in_shape(values[..., None, :] if values.ndim else values)
+            values = self._in_shape(values, one=True)
         stamps = self._no_stamps if time_s is None else self._stamps(time_s, self._one[:2])
         angles, std, quality = self._clocked.follow(values, stamps)
         if self._lead:
@@ -157,33 +174,42 @@ class OrientationStream:
         Raises
         ------
         UserError
-            If a shape is wrong.
+            If a shape is wrong, or a value is not a number.
         """
-        values = self._in_shape(np.asarray(samples, dtype=np.float64))
+        values = self._in_shape(_numbers(samples, "samples"))
         stamps = self._no_stamps if time_s is None else self._stamps(time_s, values.shape[:2])
         angles, std, quality = self._clocked.follow(values, stamps)
         if self._lead:
             return Estimate(angles, std, quality)
         return Estimate(angles[0], None if std is None else std[0], quality[0])
 
-    def _in_shape(self, samples: FloatArray) -> FloatArray:
-        """Reshape samples to (B, N, C), without columns that the method does not need."""
-        values = samples if self._lead else samples[None]
+    def _in_shape(self, samples: FloatArray, one: bool = False) -> FloatArray:
+        """Reshape samples, or one per sensor, to (B, N, C) without columns that are not needed."""
         n, _, n_columns = self._one
+        values = samples[..., None, :] if one and samples.ndim else samples
+        values = values if self._lead else values[None]
         if values.ndim == 3 and len(values) == n and values.shape[2] in (n_columns, 6):
             return np.ascontiguousarray(values[:, :, :n_columns])
+        if one:
+            raise UserError(
+                f"sample has the shape {samples.shape}, expected {(*self._lead, n_columns)}"
+            )
         lead = "".join(f"{size}, " for size in self._lead)
         raise UserError(f"samples have the shape {samples.shape}, expected ({lead}N, {n_columns})")
 
     def _stamps(self, time_s: ArrayLike, shape: tuple[int, int]) -> FloatArray:
-        times = np.asarray(time_s, dtype=np.float64)
+        try:
+            times = np.asarray(time_s, dtype=np.float64)
+        except _NOT_NUMBERS as error:
+            raise _no_numbers(time_s, "time_s") from error
         if times.ndim < 2 and 1 in shape and times.size == shape[0] * shape[1]:
             return np.array(times).reshape(shape)
         stamps = np.empty(shape)
         try:
             stamps[:] = times
         except ValueError as error:
-            raise UserError(f"time_s has the shape {times.shape}, expected {shape}") from error
+            wanted = shape if self._lead else shape[1:]
+            raise UserError(f"time_s has the shape {times.shape}, expected {wanted}") from error
         return stamps
 
     def state_dict(self) -> dict[str, Any]:
@@ -212,3 +238,14 @@ class OrientationStream:
         if set(state) != set(vars(self)) or state["_lead"] != self._lead:
             raise UserError("the state belongs to a stream with different arguments")
         vars(self).update(copy.deepcopy(state))
+
+
+def _numbers(values: ArrayLike, name: str) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except _NOT_NUMBERS as error:
+        raise _no_numbers(values, name) from error
+
+
+def _no_numbers(values: object, name: str) -> UserError:
+    return UserError(f"{name} is {shown(values)}, expected numbers")

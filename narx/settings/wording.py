@@ -37,6 +37,7 @@ def shown(value: object) -> str:
         return {None: "null", True: "true", False: "false"}[value]
     try:
         text = ascii(value) if isinstance(value, str) and not value.isprintable() else repr(value)
+        text = text.replace("\n", " ")  # between the rows of an array
     except ValueError:
         # Python refuses to print integers with thousands of digits
         text = "a number of thousands of digits"

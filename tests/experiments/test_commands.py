@@ -12,8 +12,11 @@ from omegaconf import OmegaConf
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
+from narx.datasets import write_recording
 from narx.evaluation.results import read_results
+from narx.experiments import benchmark
 from narx.inference import checkpoint as checkpoints
+from narx.recordings.trial import ImuRecording
 
 # a minute of one walker is enough to see that everything is wired
 SMALL = (
@@ -246,6 +249,20 @@ def test_results_table_is_plain_csv(tmp_path):
 
     write_results(results_table([]), tmp_path / "results.csv")
     assert list(pd.read_csv(tmp_path / "results.csv").columns) == list(COLUMNS)
+
+
+def test_a_study_without_reference_is_refused_before_training(run_command, tmp_path, monkeypatch):
+    for name in ("anna", "bert"):
+        sensor = ImuRecording("imu", np.arange(500) / 50.0, np.zeros((500, 3)), np.ones((500, 3)))
+        write_recording(tmp_path / "data" / f"{name}.csv", sensor)
+    (tmp_path / "data" / "study.yaml").write_text('files: "{subject}.csv"\n')
+    monkeypatch.setattr(benchmark, "network_of", lambda *_: pytest.fail("trained"))
+    status, _, err, _ = run_command("benchmark", "data=study", f"data_root={tmp_path / 'data'}")
+    assert status == 2
+    assert err == (
+        "error: data=study: nothing to score, no trial has a reference; use narx-predict to "
+        "compute angles only\n"
+    )
 
 
 def test_a_benchmark_without_any_reference_is_refused(run_command, tmp_path):

@@ -1,5 +1,7 @@
 """The methods on an 8-bit microcontroller: correctness and cost."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -8,9 +10,19 @@ from narx.experiments.embedded import cortex
 
 
 def test_what_is_missing_is_said(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["embedded"])
     monkeypatch.setattr(embedded.shutil, "which", lambda name: None)
     embedded.main()
     assert capsys.readouterr().out.startswith("embedded: skipped, not installed: avr-gcc, avr-size")
+
+
+def test_help_measures_nothing(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["embedded", "--help"])
+    monkeypatch.setattr(embedded, "costs", lambda: pytest.fail("measured"))
+    with pytest.raises(SystemExit) as stop:
+        embedded.main()
+    assert stop.value.code == 0
+    assert "avr-gcc, avr-libc and simavr" in capsys.readouterr().out
 
 
 @pytest.mark.slow

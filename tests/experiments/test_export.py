@@ -66,6 +66,7 @@ def test_other_formats(run_command, saved, tmp_path, name, options, files):
         (["format=torchscript"], "output"),
         (["format=matlab", "output=new/x"], "format is 'matlab', expected one of torchscript"),
         (["format=c", "output=new/x.pt"], "expected a name ending in .c"),
+        (["format=onnx", "output=new/x.pt"], "expected a name ending in .onnx"),
         (["output=new/x.pt", "checkpoint=missing.pt"], "no file 'missing.pt'"),
         (["output=new/x.pt", "checkpoint=own.pt"], "axis_scaling is 'own'"),
         (["output=new/x.pt", "checkpoint=cut.pt"], "'cut.pt' is not a network"),

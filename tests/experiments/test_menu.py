@@ -1,14 +1,17 @@
 """`--help` names groups, keys and their meaning; presets compose and run."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+from narx.experiments.configuration.schemas import SCHEMAS
+
 HERE = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("command", ["train", "benchmark", "predict", "export", "ablation"])
+@pytest.mark.parametrize("command", ["train", "predict", "demo_recordings", "benchmark_page"])
 def test_help_has_examples_groups_and_meanings(run_command, command):
     status, out, err, _ = run_command(command, "--help")
     assert status == 0, err
@@ -19,6 +22,13 @@ def test_help_has_examples_groups_and_meanings(run_command, command):
         assert "narx-train -m seed=0,1,2" in out
         assert "seed: 0                        # sets the three seeds below" in out
         assert "hidden: 3                      # tanh neurons" in out
+
+
+@pytest.mark.parametrize("command", SCHEMAS)
+def test_every_command_has_this_help(command):
+    text = (HERE / "configs" / f"{command}.yaml").read_text()
+    assert "  - override hydra/help: narx\n" in text
+    assert re.match(r"# .+\n(#   (python -m|narx-).+\n)+", text)
 
 
 def test_help_follows_the_choice(run_command):

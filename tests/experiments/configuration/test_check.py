@@ -1,5 +1,7 @@
 """Every key of every command is validated before data are read, with one-line errors."""
 
+from importlib import resources
+
 import pytest
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
@@ -31,6 +33,20 @@ def test_the_documented_defaults_pass(compose_checked, command):
 )
 def test_the_documented_choices_pass(compose_checked, overrides):
     assert compose_checked("benchmark", *overrides)
+
+
+@pytest.mark.parametrize(("command", "debug"), [("train", "overfit"), ("benchmark", "tiny")])
+def test_a_debug_preset_is_for_every_source(compose_checked, command, debug):
+    with resources.as_file(resources.files("narx.configs") / "data") as folder:
+        sources = sorted(path.stem for path in folder.glob("*.yaml"))
+    for source in sources:
+        cfg = compose_checked(command, f"debug={debug}", f"data={source}")
+        assert set(cfg.data) == {source, "seed"}
+    both = compose_checked(command, f"debug={debug}", "data=[broad,simulated_gait]")
+    own = compose_checked(command, f"debug={debug}", "data.simulated_gait.subjects=[V7]")
+    assert own.data.simulated_gait.subjects == ["V7"]
+    assert both.data.simulated_gait.treadmill_duration_s == 60.0
+    assert both.data.simulated_gait.subjects == ["S1"]
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,7 @@ def test_a_study_is_read_as_described(folder):
             "condition": "walk",
             "trial": "walk1",
             "segments": "shank_right, thigh_right",
+            "has_reference": True,
         }
         for s in ("anna", "bert")
     ]

@@ -103,6 +103,8 @@ def test_mistakes_are_one_line_and_leave_nothing(checkpoint, tmp_path, monkeypat
         (("narx.pt", "torchscript", "half"), "precision is 'half', expected one of double, float"),
         (("narx.txt", "c"), r"narx\.txt', expected a name ending in \.c for format=c"),
         (("narx.pt", "torch_export"), r"narx\.pt', expected a name ending in \.pt2"),
+        (("narx.pt", "onnx"), r"narx\.pt', expected a name ending in \.onnx for format=onnx"),
+        (("narx.pt2",), r"narx\.pt2', expected a name ending in \.pt for format=torchscript"),
     ):
         with pytest.raises(UserError, match=reason):
             write(checkpoint, tmp_path / arguments[0], *arguments[1:])

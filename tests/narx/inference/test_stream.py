@@ -9,6 +9,7 @@ import torch
 
 from narx.baselines import ComplementaryFilter
 from narx.errors import MethodNotApplicableError, UserError
+from narx.inference.checkpoint import Checkpoint
 from narx.inference.narx_method import NarxMethod
 from narx.inference.start_up import StartUp
 from narx.inference.stream import OrientationStream, Quality
@@ -171,11 +172,14 @@ def test_a_method_with_an_accelerometer_takes_six_columns(rates):
 def test_mistakes_are_one_line(method, rates):
     with pytest.raises(MethodNotApplicableError, match="at 100 Hz, not at 50 Hz"):
         OrientationStream(method, 50.0)
-    for rate_hz in (0.0, np.nan, -1.0):
+    for rate_hz in (0.0, np.nan, -1.0, "fast", None):
         with pytest.raises(UserError, match="expected a positive number"):
             OrientationStream(method, rate_hz)
-    with pytest.raises(UserError, match="n_sensors is 0"):
-        OrientationStream(method, RATE_HZ, n_sensors=0)
+    for n_sensors in (0, 1.5, "2"):
+        with pytest.raises(UserError, match=f"n_sensors is '?{n_sensors}"):
+            OrientationStream(method, RATE_HZ, n_sensors=n_sensors)
+    with pytest.raises(UserError, match=r"method is a Checkpoint, expected .*checkpoint\.method"):
+        OrientationStream(Checkpoint(method.model, StartUp()), RATE_HZ)
     for start in (np.zeros(2), np.full(3, np.nan)):
         with pytest.raises(UserError, match="initial_angles_rad has the shape"):
             OrientationStream(method, RATE_HZ, initial_angles_rad=start)
@@ -185,3 +189,23 @@ def test_mistakes_are_one_line(method, rates):
             stream.update_block(samples)
     with pytest.raises(UserError, match=r"time_s has the shape \(3,\), expected \(2, 5\)"):
         stream.update_block(np.zeros((2, 5, 3)), np.arange(3.0))
+
+
+@pytest.mark.parametrize(("n_sensors", "expected"), [(None, r"\(3,\)"), (2, r"\(2, 3\)")])
+def test_a_wrong_sample_is_shown_as_given(method, n_sensors, expected):
+    stream = OrientationStream(method, RATE_HZ, n_sensors=n_sensors)
+    for sample, shape in ((0.0, r"\(\)"), ([1, 2], r"\(2,\)"), (np.zeros((5, 3)), r"\(5, 3\)")):
+        message = f"^sample has the shape {shape}, expected {expected}$"
+        with pytest.raises(UserError, match=message):
+            stream.update(sample)
+    for sample in (["a", 0.0, 0.0], [[1.0], 0.0, 0.0], [1j, 0.0, 0.0], [10**400, 0.0, 0.0]):
+        with pytest.raises(UserError, match=r"^sample is \[.*expected numbers$"):
+            stream.update(sample)
+        with pytest.raises(UserError, match=r"^samples is \[.*expected numbers$"):
+            stream.update_block(sample)
+    with pytest.raises(UserError, match=r"^sample is array.*'b.*expected numbers$"):
+        stream.update(np.array([["a"], ["b"]]))
+    with pytest.raises(UserError, match=r"^time_s is 'now', expected numbers$"):
+        stream.update(np.zeros((*([n_sensors] if n_sensors else []), 3)), "now")
+    with pytest.raises(UserError, match=r"^initial_angles_rad is 'up', expected numbers$"):
+        OrientationStream(method, RATE_HZ, initial_angles_rad="up")
