@@ -66,7 +66,8 @@ def remove_static_bias(
         return None, "static bias not removed, as requested"
     if still_s is not None:
         return _removed(_promised(recording, *still_s, where), f"{still_s[0]:g}-{still_s[1]:g} s")
-    for window_s in _STILL_S:
+    duration_s = recording.n_samples / recording.sampling_rate_hz
+    for window_s in (length for length in _STILL_S if length <= duration_s):
         part = quietest_window(
             recording.gyroscope_rad_s, recording.sampling_rate_hz, where, window_s
         )

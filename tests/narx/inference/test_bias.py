@@ -42,3 +42,13 @@ def test_a_part_declared_still_may_sway_by_5_deg_s(mean_deg_s, scatter_deg_s, re
     else:
         bias, _ = remove_static_bias(one, True, (2.0, 11.99), "x")
         assert np.degrees(bias) == pytest.approx([0.0, mean_deg_s, 0.0], abs=0.05)
+
+
+@pytest.mark.parametrize(("seconds", "window"), [(3.0, "2 s"), (1.0, "1 s"), (0.9, None)])
+def test_a_window_is_not_longer_than_the_recording(seconds, window):
+    bias, note = remove_static_bias(recording(1.0, 0.0, seconds), True, None, "x")
+    if window is None:
+        assert bias is None
+        assert "no 1 s at rest" in note
+    else:
+        assert f"from the quietest {window} removed" in note
