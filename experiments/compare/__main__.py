@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pandas as pd
+from omegaconf import OmegaConf
 
 from narx.errors import UserError
 from narx.experiments.compare.distinct import distinct_runs, runs_by_name
@@ -49,6 +50,12 @@ def best_overrides(run: Run) -> str:
         if not is_seed(key := override.partition("=")[0].lstrip("+")) and key not in _PLACES
     ]
     return " ".join(map(shlex.quote, chosen))
+
+
+def _command(run: Run) -> str:
+    """Return the command that made a run."""
+    record = run.folder / ".hydra" / "hydra.yaml"
+    return f"narx-{OmegaConf.load(record).hydra.job.name}" if record.exists() else "narx-train"
 
 
 def compare(
@@ -99,13 +106,14 @@ def compare(
     if pair is not None or len(ranked) > 1:
         pairing = compare_pair(table, folders, metric, *(pair or (1, 2)))
     target = directories[0] if output is None else output
+    best = named[table["run"].iloc[0]]
     with atomic_path(target / "runs.csv") as temporary:
         table.to_csv(temporary, index=False)
     with atomic_path(target / "runs.parquet") as temporary:
         table.to_parquet(temporary, index=False)
     lines = [
         _markdown(ranked, metric),
-        f"best: narx-train {best_overrides(named[table['run'].iloc[0]])}".rstrip(),
+        f"best: {_command(best)} {best_overrides(best)}".rstrip(),
         *([] if pairing is None else [pairing.sentence(metric)]),
         *([f"unfinished runs left out: {len(others)}"] if others else []),
         *(

@@ -211,6 +211,12 @@ def test_two_results_of_the_same_run_are_refused(sweep, copied, record, cause):
     )
 
 
+def test_the_best_line_names_the_command_of_the_run(tmp_path):
+    make_run(tmp_path / "run", 3, 0, 1.0)
+    (tmp_path / "run" / ".hydra" / "hydra.yaml").write_text("hydra: {job: {name: benchmark}}")
+    assert "best: narx-benchmark model.hidden=3 " in compare([tmp_path], None, None, None)
+
+
 def test_folders_of_one_name_are_distinguished(tmp_path):
     make_run(tmp_path / "wide" / "run", 3, 0, 1.0)
     make_run(tmp_path / "narrow" / "run", 2, 0, 0.5)
