@@ -205,7 +205,8 @@ def test_every_format(name, precision, tmp_path):
     if name == "onnx":
         for library in ("onnx", "onnxscript", "onnxruntime"):
             pytest.importorskip(library)
-    path = tmp_path / {"torch_export": "narx.pt2"}.get(name, "narx.bin")
+    suffix = {"torchscript": ".pt", "torch_export": ".pt2", "onnx": ".onnx"}[name]
+    path = tmp_path / f"narx{suffix}"
     about = write(CHECKPOINTS["aided"], path, name, precision)
     assert about == read_identity(path)
     tolerance_rad = {"double": 1e-9, "float": 1e-4}[precision]
