@@ -34,7 +34,7 @@ def normal_equations(
 ) -> None:
     """Add products of residuals and their derivatives to sums (K, K, 8), group after group.
 
-    weights (P, W) belong to the lanes; groups (G, W) is the sequence of each lane, -1 for none.
+    weights (P, W) belong to the lanes; groups (G, W) is the sequence of each lane.
     inputs (B, N, C), targets (B, N), state (B, S), roots (B,): square root of a sequence's
     weight, lengths (B,): samples that are used. Residual and derivative are zero where the target
     is NaN. `horizon` > 0 restarts from measured outputs every that many samples. Row P of sums
@@ -51,27 +51,24 @@ def normal_equations(
     past = np.zeros((len(sums), n_out * width))
     root = np.zeros(tile * width)
     since = np.zeros(width, np.int64)
-    sequence = np.zeros(width, np.int64)
     lead = head(n_out, width)
     for group in groups:
         n_samples = 0
         for lane in range(width):
-            sequence[lane] = max(group[lane], 0)
-            if group[lane] >= 0:
-                n_samples = max(n_samples, lengths[group[lane]])
+            n_samples = max(n_samples, lengths[group[lane]])
         rows[:] = 0.0
         since[:] = n_out
-        fetch_outputs(targets, state, sequence, 0, 0, y, shape, lanes)
+        fetch_outputs(targets, state, group, 0, 0, y, shape, lanes)
         for start in range(0, n_samples, tile):
             n = min(tile, n_samples - start)
-            fetch_inputs(inputs, state, sequence, start, n, x, shape, lanes)
+            fetch_inputs(inputs, state, group, start, n, x, shape, lanes)
             whole = weigh(targets, roots, lengths, group, start, n, washout, root, width)
             begin = 0
             while begin < n:
                 end = n
                 if horizon > 0:
                     if (start + begin) % horizon == 0 and start + begin > 0:
-                        restart(y, begin, targets, state, sequence, start, since, n_out)
+                        restart(y, begin, targets, state, group, start, since, n_out)
                     end = min(n, begin + horizon - (start + begin) % horizon)
                 advance(weights, x, y, h, begin, end, shape, lanes, exact)
                 linearise(weights, x, y, h, rows, lead, begin, end, shape, lanes)
@@ -79,7 +76,7 @@ def normal_equations(
                 if horizon > 0:
                     cut(feedback, begin, end, since)
                 propagate(rows, feedback, begin, end, shape, lanes)
-                residuals(y, targets, sequence, start, begin, end, rows, n_weights, n_out, width)
+                residuals(y, targets, group, start, begin, end, rows, n_weights, n_out, width)
                 begin = end
             for i in range(n_weights):
                 for at in range(n_out * width):
@@ -116,7 +113,7 @@ def weigh(
         for t in range(n):
             k = start + t
             weight = 0.0
-            if q >= 0 and washout <= k < lengths[q] and not np.isnan(targets[q, k]):
+            if washout <= k < lengths[q] and not np.isnan(targets[q, k]):
                 weight = roots[q]
             root[t * width + lane] = weight
             whole &= weight == 1.0

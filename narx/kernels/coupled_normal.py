@@ -43,10 +43,10 @@ def coupled_sensitivities(
 ) -> None:
     """Add products of residuals and their derivatives to sums (3, K, K, 8), group after group.
 
-    weights (R, P); groups (G, W, 2) is the sequence of each lane, -1 for none, and its row of the
-    weights. rates and targets (B, N, 3), the latter as normalised outputs, or with `given` as
-    residuals; state (B, 3, S), postures (B, 3), scales (6,) as in `narx.kernels.coupled_loop.run`;
-    roots and lengths (B,). The first `n_axes` axes are used. With `offset_free` each sequence's
+    weights (R, P); groups (G, W, 2) is the sequence of each lane and its row of the weights. rates
+    and targets (B, N, 3), the latter as normalised outputs, or with `given` as residuals; state
+    (B, 3, S), postures (B, 3), scales (6,) as in `narx.kernels.coupled_loop.run`; roots and lengths
+    (B,). The first `n_axes` axes are used. With `offset_free` each sequence's
     mean residual is subtracted, axis by axis.
     """
     n_hidden, n_in, n_out, width = len(shape[0]), len(shape[2]), len(shape[3]), len(lanes)
@@ -69,9 +69,8 @@ def coupled_sensitivities(
     for group in groups:
         n_samples = 0
         for lane in range(width):
-            sequence[lane], own[lane] = max(group[lane, 0], 0), max(group[lane, 1], 0)
-            if group[lane, 0] >= 0:
-                n_samples = max(n_samples, lengths[group[lane, 0]])
+            sequence[lane], own[lane] = group[lane, 0], group[lane, 1]
+            n_samples = max(n_samples, lengths[sequence[lane]])
         fetch_weights(weights, own, packed)
         fetch_scales(scales, postures, sequence, scale, posture)
         fetch_past(state, sequence, n_in, n_out, v, y)
@@ -146,7 +145,7 @@ def coupled_sensitivities(
             shift(tilting, n * width, (n_in - 1) * width)
             shift(y, n * width, n_out * width)
         if offset_free:
-            take_means_off(totals, group, counted, sums, n_axes, width)
+            take_means_off(totals, counted, sums, n_axes, width)
 
 
 @compiled(**INNER)
@@ -176,7 +175,7 @@ def count(
             k, at = start + t, t * width + lane
             for axis in range(n_axes):
                 residual, weight = 0.0, 0.0
-                if q >= 0 and washout <= k < lengths[q]:
+                if washout <= k < lengths[q]:
                     residual = targets[q, k, axis]
                     if not given:
                         residual = y[axis, 0, at + n_out * width] - residual
@@ -210,16 +209,14 @@ def add_columns(rows: Any, start: int, stop: int, totals: Any) -> None:
 
 
 @compiled(**INNER)
-def take_means_off(
-    totals: Any, group: Any, counted: Any, sums: Any, n_axes: int, width: int
-) -> None:
+def take_means_off(totals: Any, counted: Any, sums: Any, n_axes: int, width: int) -> None:
     """Subtract what each sequence's means contribute: sum (e-m)(e-m)' = sum ee' - n mm'."""
     for axis in range(n_axes):
         if width == 1:
             for i in range(totals.shape[1]):
                 totals[axis, i, 0] = totals[axis, i].sum()
         for lane in range(width):
-            if group[lane, 0] < 0 or counted[axis, lane] == 0:
+            if counted[axis, lane] == 0:
                 continue
             for i in range(totals.shape[1]):
                 mean = totals[axis, i, lane] / counted[axis, lane]
