@@ -8,7 +8,6 @@ Where arm-none-eabi-gcc and qemu-system-arm are installed, instructions on a Cor
 
 import argparse
 import re
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
@@ -22,7 +21,7 @@ import torch
 from narx.baselines import ComplementaryFilter, Giof, PseudoIntegrator, TwoPoint
 from narx.baselines.two_point import TwoPointParts
 from narx.errors import UserError
-from narx.experiments.embedded import cortex
+from narx.experiments.embedded import cortex, programs
 from narx.experiments.starting import imported
 from narx.export import c, verification
 from narx.inference.checkpoint import Checkpoint
@@ -33,7 +32,6 @@ from narx.network.model import Narx
 from narx.recordings.trial import GRAVITY_M_S2
 from narx.types import FloatArray
 
-PROGRAMS = ("avr-gcc", "avr-size", "simavr")
 CLOCK_HZ, TIMER_CYCLES = 8e6, 8
 RATE_HZ = 100.0
 # Abhayasinghe et al., Table 2, us on the same processor
@@ -66,17 +64,6 @@ class Cost:
     ram_bytes: int
     difference_rad: float
     instructions: dict[str, float]
-
-
-def missing_programs() -> list[str]:
-    """List what the measurement needs and is not installed.
-
-    Returns
-    -------
-    list of str
-        Names of programs.
-    """
-    return [name for name in PROGRAMS if shutil.which(name) is None]
 
 
 def measure(
@@ -236,7 +223,7 @@ def costs() -> dict[str, Cost]:
         if method is two_point:
             expected_rad[np.isnan(two_point.parts(signals).drift_rad[:, 0])] = np.nan
         differences, instructions = [angle_rad - expected_rad], {}
-        for processor in [] if cortex.missing_programs() else cortex.PROCESSORS:
+        for processor in [] if programs.missing(programs.CORTEX) else cortex.PROCESSORS:
             files = {**sources, "signal.h": signal_header(walk[:, :columns])}
             counts, angle_rad = cortex.count(files, processor, defines)
             instructions[processor] = float(counts[walking].mean())
@@ -286,7 +273,7 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.parse_args()
-    missing = missing_programs()
+    missing = programs.missing(programs.AVR)
     if missing:
         print(f"embedded: skipped, not installed: {', '.join(missing)} (gcc-avr avr-libc simavr)")
         return

@@ -1,7 +1,6 @@
 """Instructions of a method on Cortex-M processors, counted by qemu."""
 
 import re
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
@@ -13,7 +12,6 @@ import numpy as np
 from narx.errors import UserError
 from narx.types import FloatArray
 
-PROGRAMS = ("arm-none-eabi-gcc", "qemu-system-arm")
 # compiler's options, qemu's board, nanoseconds of its SysTick: an instruction takes one
 PROCESSORS: dict[str, tuple[tuple[str, ...], str, float]] = {
     "Cortex-M0+": (("-mcpu=cortex-m0plus",), "microbit", 62.5),
@@ -26,17 +24,6 @@ _QEMU = (
     "qemu-system-arm", "-nographic", "-monitor", "none", "-serial", "none", "-icount", "shift=0",
     "-semihosting-config", "enable=on,target=native", "-kernel", "bench.elf", "-machine",
 )  # fmt: skip
-
-
-def missing_programs() -> list[str]:
-    """List what the count needs and is not installed.
-
-    Returns
-    -------
-    list of str
-        Names of programs.
-    """
-    return [name for name in PROGRAMS if shutil.which(name) is None]
 
 
 def count(

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from narx.experiments.embedded import __main__ as embedded
-from narx.experiments.embedded import cortex
+from narx.experiments.embedded import cortex, programs
 
 
 def test_what_is_missing_is_said(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["embedded"])
-    monkeypatch.setattr(embedded.shutil, "which", lambda name: None)
+    monkeypatch.setattr(programs.shutil, "which", lambda name: None)
     embedded.main()
     assert capsys.readouterr().out.startswith("embedded: skipped, not installed: avr-gcc, avr-size")
 
@@ -26,7 +26,7 @@ def test_help_measures_nothing(monkeypatch, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(bool(embedded.missing_programs()), reason="no avr-gcc or simavr")
+@pytest.mark.skipif(bool(programs.missing(programs.AVR)), reason="no avr-gcc or simavr")
 def test_the_processor_gives_pythons_angles():
     costs = embedded.costs()
     assert len(costs) == 7
@@ -35,14 +35,14 @@ def test_the_processor_gives_pythons_angles():
         assert 0.0 < cost.mean_us <= cost.worst_us < 30_000.0
         assert cost.flash_bytes < 32_768
         assert cost.ram_bytes < 2048
-        if not cortex.missing_programs():
+        if not programs.missing(programs.CORTEX):
             assert 20.0 < cost.instructions["Cortex-M4F"] < cost.instructions["Cortex-M0+"] < 1e5
     assert costs["NARX, three axes"].mean_us < 1500.0
     assert costs["NARX, sagittal"].mean_us < costs["complementary filter"].mean_us
     assert embedded.table(costs).count("\n") == 8
 
 
-@pytest.mark.skipif(bool(embedded.missing_programs()), reason="no avr-gcc or simavr")
+@pytest.mark.skipif(bool(programs.missing(programs.AVR)), reason="no avr-gcc or simavr")
 def test_cycles_are_those_of_the_processor():
     loop = (
         "#include <util/delay_basic.h>\nvoid bench_start(void) {}\n"
@@ -56,7 +56,7 @@ def test_cycles_are_those_of_the_processor():
     np.testing.assert_allclose(time_us, 500.0, atol=10.0)
 
 
-@pytest.mark.skipif(bool(cortex.missing_programs()), reason="no arm-none-eabi-gcc or qemu")
+@pytest.mark.skipif(bool(programs.missing(programs.CORTEX)), reason="no arm-none-eabi-gcc or qemu")
 @pytest.mark.parametrize("processor", cortex.PROCESSORS)
 def test_instructions_are_counted_in_qemu(processor):
     nothing = (
