@@ -5,6 +5,7 @@ import time
 
 import pytest
 import torch
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from narx.experiments.side_by_side import side_by_side
 
@@ -38,6 +39,15 @@ def test_as_many_at_once_as_torch_is_allowed(n_threads):
 
     list(side_by_side(work, range(6)))
     assert most == n_threads
+
+
+def test_blas_has_one_thread_meanwhile_and_its_own_again_afterwards(n_threads):
+    def blas_threads(_):
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+    with threadpool_limits(3, user_api="blas"):
+        assert list(side_by_side(blas_threads, range(2))) == [{1}, {1}]
+        assert blas_threads(None) == {3}
 
 
 def test_at_most_two_items_are_read_ahead(n_threads):
