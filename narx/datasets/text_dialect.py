@@ -196,7 +196,8 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
         (k for k, row in enumerate(rows) if _is_data(row, width) and any(map(_is_number, row))),
         len(rows),
     )
-    end = max((k + 1 for k, row in enumerate(rows) if _is_data(row, width)), default=len(rows))
+    # from the end, since nearly all rows are data
+    end = next((k for k in range(len(rows), 0, -1) if _is_data(rows[k - 1], width)), len(rows))
     while end < len(rows) and not _is_remark(rows[end]):
         end += 1
     if end < len(rows):

@@ -10,12 +10,9 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import make_interp_spline
 
 from narx.errors import RecordingError
-from narx.recordings.bridging import bridged
-from narx.recordings.resampling import contiguous_pieces, resample_vectors
+from narx.recordings.gaps import on_clock
+from narx.recordings.resampling import contiguous_pieces
 from narx.types import BoolArray, FloatArray, IntArray
-
-# a few lost samples; a spline across a longer gap overshoots
-SPLINE_GAP_S = 0.1
 
 
 class ClockConversion:
@@ -52,7 +49,6 @@ class ClockConversion:
         intervals = max(1, round(duration_s / interval_s))
         self._time_s = time_s
         self._max_gap_s = max(max_gap_s, 1.5 * interval_s)
-        self._spline_gap_s = max(SPLINE_GAP_S, 1.5 * interval_s)
         self.clock_s = np.linspace(time_s[0], time_s[-1], intervals + 1)
         self.sampling_rate_hz = intervals / duration_s
 
@@ -67,11 +63,9 @@ class ClockConversion:
         Returns
         -------
         ndarray, shape (M, K)
-            Values at the clock's ticks, by cubic splines, in gaps above `SPLINE_GAP_S` by a model
-            of the signal (`narx.recordings.bridging`); NaN in gaps that are too long.
+            Values at the clock's ticks (`narx.recordings.gaps.on_clock`); NaN in long gaps.
         """
-        splined = resample_vectors(self._time_s, values, self.clock_s, max_gap_s=self._spline_gap_s)
-        return bridged(splined, self.sampling_rate_hz, self._max_gap_s)
+        return on_clock(self._time_s, values, self.clock_s, self.sampling_rate_hz, self._max_gap_s)
 
     def nearest_ticks(self) -> IntArray:
         """Find the tick of the uniform clock that is nearest to each sampling time.

@@ -6,8 +6,7 @@ the angles are off until the network has drawn them back.
 
 import numpy as np
 
-from narx.inference.clocks import SPLINE_GAP_S
-from narx.missing import finite_rows
+from narx.recordings.gaps import gaps_of
 from narx.types import FloatArray
 
 # RMS of the error after gaps of 0.2 to 1 s in four front pockets and on thigh and shank of
@@ -39,15 +38,16 @@ def filled_gap_std_rad(
     ndarray, shape (M, 3)
         rad, about the clinical axes; zero before the first gap. Variances of several gaps add up.
     """
-    there = time_s[finite_rows(gyroscope_rad_s)]
-    gaps_s = np.diff(there)
+    gaps = gaps_of(time_s, gyroscope_rad_s, max_gap_s)
     variance = np.zeros((len(clock_s), 3))
-    longest_spline_s = max(SPLINE_GAP_S, 1.5 * float(np.median(gaps_s))) if len(gaps_s) else 0.0
-    for k in np.flatnonzero((gaps_s > longest_spline_s + 1e-6) & (gaps_s <= max_gap_s)):
-        # ten time constants later it is below a thousandth of a degree
-        first, last = np.searchsorted(clock_s, (there[k], there[k + 1] + 10.0 * _DECAY_S))
-        since_s = clock_s[first:last] - there[k]
-        within = np.minimum(_GROWTH_RAD_S * np.minimum(since_s, gaps_s[k])[:, None], _MOST_RAD)
-        left = np.exp(-np.maximum(since_s - gaps_s[k], 0.0) / _DECAY_S)
+    for begin_s, length_s in zip(
+        gaps.begins_s[gaps.filled], gaps.lengths_s[gaps.filled], strict=True
+    ):
+        # ten time constants later it is below a hundredth of a degree
+        end_s = begin_s + length_s + 10.0 * _DECAY_S
+        first, last = np.searchsorted(clock_s, (begin_s, end_s))
+        since_s = clock_s[first:last] - begin_s
+        within = np.minimum(_GROWTH_RAD_S * np.minimum(since_s, length_s)[:, None], _MOST_RAD)
+        left = np.exp(-np.maximum(since_s - length_s, 0.0) / _DECAY_S)
         variance[first:last] += (within * left[:, None]) ** 2
     return np.asarray(np.sqrt(variance))

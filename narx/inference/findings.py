@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from narx.errors import RecordingError
-from narx.inference.clocks import SPLINE_GAP_S
 from narx.inference.narx_method import NarxMethod
 from narx.kernels.clock import ARRIVED, MISSING
 from narx.recordings.consistency import contradiction, fit_rotation, is_certain
+from narx.recordings.gaps import gaps_of
 from narx.recordings.trial import ImuRecording
 from narx.types import BoolArray, FloatArray
 
@@ -71,27 +71,23 @@ def gap_notes(recording: ImuRecording, max_gap_s: float) -> list[str]:
     list of str
         A note each on gaps that are interpolated, filled, and left, if any.
     """
-    there = np.isfinite(recording.gyroscope_rad_s).all(axis=1)
-    time = recording.time_s[there]
-    if len(time) < 2:
-        return []
-    steps = np.diff(time)
-    usual = float(np.median(steps))
-    limit_s = max(max_gap_s, 1.5 * usual)
-    long, filled = steps > limit_s, (steps > max(SPLINE_GAP_S, 1.5 * usual)) & (steps <= limit_s)
-    short = (steps > 1.5 * usual) & ~filled & ~long
+    gaps = gaps_of(recording.time_s, recording.gyroscope_rad_s, max_gap_s)
+    lengths, left = gaps.lengths_s, gaps.left
     notes = []
-    if short.any():
-        notes.append(f"{_gaps(short)} of up to {steps[short].max():.3g} s interpolated")
-    if filled.any():
+    if gaps.interpolated.any():
+        longest = lengths[gaps.interpolated].max()
+        notes.append(f"{_gaps(gaps.interpolated)} of up to {longest:.3g} s interpolated")
+    if gaps.filled.any():
+        longest = lengths[gaps.filled].max()
         notes.append(
-            f"{_gaps(filled)} of up to {steps[filled].max():.3g} s filled from the rhythm of the "
-            "recording"
+            f"{_gaps(gaps.filled)} of up to {longest:.3g} s filled from the rhythm of the recording"
         )
-    if long.any():
+    if left.any():
+        long = lengths[left].min() > max_gap_s
+        which = f"longer than {max_gap_s:g} s" if long else "in a recording too short to fill them"
         notes.append(
-            f"{_gaps(long)} longer than {limit_s:g} s (together {steps[long].sum():.3g} s, the "
-            f"longest {steps[long].max():.3g} s): the network pauses there, what was turned in "
+            f"{_gaps(left)} {which} (together {lengths[left].sum():.3g} s, the "
+            f"longest {lengths[left].max():.3g} s): the network pauses there, what was turned in "
             "them is lost, and the angles after them settle anew"
         )
     return notes

@@ -6,6 +6,7 @@ from scipy.signal import correlate
 
 from narx.calibration.axes import swing_sign, walking_band
 from narx.errors import RecordingError
+from narx.missing import finite_rows
 from narx.types import BoolArray, FloatArray
 
 # slower than the swing of a leg, root mean square over two seconds
@@ -100,7 +101,7 @@ def _moving(rate: FloatArray, sampling_rate_hz: float) -> BoolArray:
     power = uniform_filter1d(
         np.nan_to_num((rate**2).sum(axis=1)), max(1, round(_WINDOW_S * sampling_rate_hz))
     )
-    return np.asarray((power > _MOVING_RAD_S**2) & np.isfinite(rate).all(axis=1))
+    return np.asarray((power > _MOVING_RAD_S**2) & finite_rows(rate))
 
 
 def _periodicity(rate: FloatArray, sampling_rate_hz: float) -> float:

@@ -12,16 +12,15 @@ from narx.errors import RecordingError, UserError
 from narx.gait.phases import gait_phases
 from narx.gait.straight_walk import walk_before_turn_s
 from narx.inference.bias import remove_static_bias
-from narx.inference.clocks import SPLINE_GAP_S
 from narx.inference.filled_gaps import filled_gap_std_rad
 from narx.inference.findings import check_consistency, gap_notes, start_up_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.predict import MAX_GAP_S
 from narx.kinematics.joints import JOINTS, joint_between
 from narx.kinematics.segment_angles import SAGITTAL
-from narx.recordings.bridging import bridged
+from narx.recordings.gaps import on_clock
 from narx.recordings.plausibility import admit, check_gravity
-from narx.recordings.resampling import resample_vectors, uniform_clock
+from narx.recordings.resampling import uniform_clock
 from narx.recordings.rest import first_rest_s
 from narx.recordings.session_clock import Alignment, clock_offsets_s
 from narx.recordings.trial import ImuRecording, Trial, kind_of, side_of
@@ -218,13 +217,8 @@ def _on_one_clock(
     clock = uniform_clock(begin, end, rate_hz, where)
     imus = {}
     for segment, one in recordings.items():
-        gap_s = max(SPLINE_GAP_S, 1.5 / one.sampling_rate_hz)
         gyroscope, force = (
-            bridged(
-                resample_vectors(times[segment], values, clock, max_gap_s=gap_s),
-                rate_hz,
-                MAX_GAP_S,
-            )
+            on_clock(times[segment], values, clock, rate_hz, MAX_GAP_S)
             for values in (one.gyroscope_rad_s, one.accelerometer_m_s2)
         )
         if not np.isfinite(force).all(axis=1).any():

@@ -43,11 +43,9 @@ def bridged(values: FloatArray, sampling_rate_hz: float, max_gap_s: float) -> Fl
     """
     there = finite_rows(values)
     gaps = _gaps(there, max_gap_s * sampling_rate_hz)
-    # interleaved sequences, so that the order does not grow with the rate
-    stride = max(1, round(sampling_rate_hz / _MODEL_HZ))
-    order = round(_ORDER_S * sampling_rate_hz / stride)
-    if not gaps or there.sum() < _MIN_ORDERS * order * stride:
+    if not gaps or not can_fill(int(there.sum()), sampling_rate_hz):
         return values
+    order, stride = _order(sampling_rate_hz)
     filled = values.copy()
     wanted = np.zeros(len(values), dtype=bool)
     for start, stop in gaps:
@@ -58,6 +56,32 @@ def bridged(values: FloatArray, sampling_rate_hz: float, max_gap_s: float) -> Fl
             complete = _completed(values[own, axis], there[own], wanted[own], order)
             filled[own, axis] = np.where(wanted[own], complete, filled[own, axis])
     return filled
+
+
+def can_fill(n_samples: int, sampling_rate_hz: float) -> bool:
+    """Tell whether there are enough samples for a model.
+
+    Parameters
+    ----------
+    n_samples : int
+        Samples that are there.
+    sampling_rate_hz : float
+        Samples per second.
+
+    Returns
+    -------
+    bool
+        Whether `bridged` fills gaps.
+    """
+    order, stride = _order(sampling_rate_hz)
+    return n_samples >= _MIN_ORDERS * order * stride
+
+
+def _order(sampling_rate_hz: float) -> tuple[int, int]:
+    """Order of the model, and how many interleaved sequences have one each."""
+    # interleaved, so that the order does not grow with the rate
+    stride = max(1, round(sampling_rate_hz / _MODEL_HZ))
+    return round(_ORDER_S * sampling_rate_hz / stride), stride
 
 
 def _gaps(there: BoolArray, most: float) -> list[tuple[int, int]]:

@@ -61,6 +61,24 @@ def test_standard_deviations_add_up(predicted):
     np.testing.assert_allclose(predicted.std_rad["knee_right"] ** 2, squares)
 
 
+def test_a_filled_gap_is_added_to_the_standard_deviations(trial, method, predicted):
+    sensors = _sensors(trial)
+    thigh = sensors["thigh_right"]
+    rates = thigh.gyroscope_rad_s.copy()
+    rates[(trial.time_s > 25.0) & (trial.time_s < 25.4)] = np.nan
+    sensors["thigh_right"] = replace(thigh, gyroscope_rad_s=rates)
+    found = predict_session(sensors, method)
+    assert any("of up to 0.4" in note and "filled" in note for note in found.notes)
+    at = np.searchsorted(found.time_s, 25.45)
+    for name in ("thigh_right", "knee_right"):
+        before, now = predicted.std_rad[name][at], found.std_rad[name][at]
+        added_deg = np.degrees(np.sqrt(np.maximum(now**2 - before**2, 0.0)))
+        assert (added_deg > [4.0, 2.5, 30.0]).all(), (name, added_deg)
+    np.testing.assert_allclose(
+        found.std_rad["shank_right"][at], predicted.std_rad["shank_right"][at], rtol=0.2
+    )
+
+
 def test_mounting_and_shifted_clocks_change_nothing(trial, method, predicted):
     mounting = Rotation.from_euler("xyz", [50.0, -110.0, 20.0], degrees=True)
     sensors = _sensors(trial)
