@@ -1,6 +1,7 @@
 # make benchmark   set up .venv, then the main job on the embedded data
 # make demo        two simulated recordings, thigh and shank, to knee angles and a picture of the strides
 # make test        lint, types, docstrings, tests with coverage
+# make test-slow   tests that take long: sweeps that are killed, every export format, all real recordings
 # make speed       add the peers, then the speed benchmark
 # make embedded    what the methods cost on an 8-bit microcontroller (gcc-avr avr-libc simavr)
 # make mutants    mutation testing of one package: ROOM=kinematics
@@ -14,7 +15,7 @@ PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint const
 OVERRIDES ?=
 ROOM ?= kinematics
 
-.PHONY: benchmark demo test mutants release docs speed embedded clean
+.PHONY: benchmark demo test test-slow mutants release docs speed embedded clean
 
 benchmark: $(VENV)/.run
 	$(BIN)/python -m experiments.benchmark $(OVERRIDES)
@@ -28,7 +29,10 @@ test: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/pytest -n 2 --dist worksteal --cov --cov-report=term:skip-covered --durations=10
+	$(BIN)/pytest -m "not slow" -n 2 --dist worksteal --cov --cov-report=term:skip-covered --durations=10
+
+test-slow: $(VENV)/.dev
+	$(BIN)/pytest -m slow -n 2 --dist worksteal --durations=10
 
 mutants: $(VENV)/.mutation
 	rm -rf mutants

@@ -16,6 +16,7 @@ from narx.experiments.predictions.angle_files import check_suffix
 from narx.experiments.predictions.bulk import is_bulk, jobs_of_files, run_all
 from narx.experiments.predictions.jobs import trial_jobs
 from narx.experiments.predictions.partitions import is_partitioned, part_jobs
+from narx.experiments.predictions.provenance import write_provenance
 from narx.experiments.predictions.session import predict_files, session_files
 from narx.experiments.predictions.single import predict_file
 
@@ -40,11 +41,13 @@ def _predict(cfg: DictConfig) -> None:
         return
     check_suffix(target)
     if files is not None:
-        predict_files(cfg, files, target)
-        return
-    prediction, n_angles = predict_file(cfg, sources[0], target, cfg.side)
-    print(*prediction.notes, sep="\n")
-    print(f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles")
+        notes = predict_files(cfg, files, target)
+    else:
+        prediction, n_angles = predict_file(cfg, sources[0], target, cfg.side)
+        notes = prediction.notes
+        print(*notes, sep="\n")
+        print(f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles")
+    write_provenance(cfg, target.with_name(f"{target.stem}_record.json"), sources, notes)
 
 
 main = command("predict", keeps_run=False)(_predict)

@@ -14,13 +14,6 @@ from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
 
 
-def pytest_collection_modifyitems(items):
-    # counting lines takes half as long again, and other tests run nearly all of the same lines
-    for item in items:
-        if item.get_closest_marker("slow"):
-            item.add_marker("no_cover")
-
-
 @dataclass(frozen=True)
 class Motion:
     """Signals of an ideal sensor at the centre of rotation, and the angles behind them."""

@@ -11,12 +11,13 @@ from tqdm import tqdm
 from narx.datasets.apdm_file import SUFFIXES as APDM_SUFFIXES
 from narx.errors import UserError
 from narx.experiments.predictions.jobs import Job, Outcome, file_jobs
+from narx.experiments.predictions.provenance import write_provenance
 from narx.experiments.predictions.workers import outcomes
 from narx.files import atomic_path, remove_temporaries
 from narx.recordings.input_file import is_bundle
 
 READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip", ".gz", *APDM_SUFFIXES)
-SUMMARY, JOURNAL = "summary.csv", ".finished.jsonl"
+SUMMARY, RECORD, JOURNAL = "summary.csv", "record.json", ".finished.jsonl"
 # a temporary file older than this belongs to no running process
 _ABANDONED_S = 3600.0
 
@@ -94,7 +95,7 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     jobs : list of Job
         Jobs to run.
     folder : pathlib.Path
-        Folder for the angles and for ``summary.csv``.
+        Folder for the angles, for ``summary.csv`` and for ``record.json``.
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``: ``jobs`` and ``scheduler``.
 
@@ -107,6 +108,7 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
         raise UserError(f"output: '{folder}' is a file, expected a folder for many recordings")
     folder.mkdir(parents=True, exist_ok=True)
     remove_temporaries(folder, _ABANDONED_S)
+    write_provenance(cfg, folder / RECORD)
     earlier = _finished(folder)
     done: dict[str, Outcome] = {}
     for job in jobs:

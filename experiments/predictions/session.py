@@ -18,7 +18,7 @@ from narx.inference.session import SessionPrediction, SessionStart, predict_sess
 from narx.recordings.trial import Trial
 
 
-def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> None:
+def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> tuple[str, ...]:
     """Predict a session and write all its output.
 
     Parameters
@@ -30,6 +30,11 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> N
     target : pathlib.Path
         File for the angles; strides, gait cycle and figure are written beside it, as
         ``<name>_strides.csv``, ``<name>_cycle.csv`` and ``<name>_cycle.png``.
+
+    Returns
+    -------
+    tuple of str
+        What was done to the recordings, as printed.
 
     Raises
     ------
@@ -57,6 +62,7 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> N
         print(f"{_beside(target, 'cycle', '.png')}: {summary}")
     else:
         print("no strides found; no stride tables or figure")
+    return session.notes
 
 
 def predict_trial(cfg: DictConfig, trial: Trial, target: Path) -> tuple[SessionPrediction, int]:

@@ -35,13 +35,13 @@ def seed_everything(seed: int) -> None:
     torch.manual_seed(seed)
 
 
-def environment(seed: int, sources: Mapping[str, str]) -> dict[str, object]:
+def environment(seed: int | None, sources: Mapping[str, str]) -> dict[str, object]:
     """Describe the provenance of a result besides its configuration.
 
     Parameters
     ----------
-    seed : int
-        The run's seed.
+    seed : int, optional
+        The run's seed; None where nothing is drawn.
     sources : mapping of str to str
         SHA-256 of each data file.
 

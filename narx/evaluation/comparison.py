@@ -107,7 +107,11 @@ class Evaluated:
             rad, within half a turn of the reference: an angle of 350 degrees is 10 degrees off.
         """
         estimate = self.estimates_rad[method]
-        turns = np.round((self.reference_rad - estimate) / _TURN)
+        difference = self.reference_rad - estimate
+        # the rule; rounding takes several times as long
+        if not (np.abs(difference) > 0.5 * _TURN).any():
+            return estimate
+        turns = np.round(difference / _TURN)
         return np.where(np.isfinite(turns), estimate + _TURN * turns, estimate)
 
     def between(self, start_s: float, stop_s: float) -> "Evaluated":

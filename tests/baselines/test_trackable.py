@@ -43,7 +43,6 @@ def off_deg(method, signals, truth):
     return np.sqrt(np.mean(error**2, axis=0)).max()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("parameters", [{}, {"aided": True}], ids=["gyroscope", "aided"])
 def test_it_is_the_networks_tracker_around_another_recursion(signals, parameters):
     model = Narx(RATE_HZ, Normalisation(2.0, 0.25))

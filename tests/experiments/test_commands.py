@@ -37,7 +37,6 @@ def one_line_error(status, out, err):
     return lines[0]
 
 
-@pytest.mark.slow
 def test_training_leaves_configuration_checkpoint_and_events(run_command):
     status, _, err, directory = run_command("train", *SMALL, *QUICK, "seed=3")
     assert status == 0, err
@@ -52,7 +51,6 @@ def test_training_leaves_configuration_checkpoint_and_events(run_command):
     assert (directory / "figures" / "training.png").stat().st_size > 0
 
 
-@pytest.mark.slow
 def test_the_same_seed_gives_the_same_weights(run_command):
     weights = []
     for seed in (0, 0, 1):
@@ -63,7 +61,6 @@ def test_the_same_seed_gives_the_same_weights(run_command):
     assert not torch.equal(weights[0], weights[2])
 
 
-@pytest.mark.slow
 def test_a_sweep_leaves_runs_that_compare(run_command, tmp_path):
     sweep = tmp_path / "sweep"
     two_people = ("data.simulated_gait.subjects=[S1,S2]", *SMALL[1:])
@@ -102,7 +99,6 @@ def test_a_sweep_leaves_runs_that_compare(run_command, tmp_path):
     assert {path: path.stat().st_mtime_ns for run in runs for path in run.rglob("*")} == before
 
 
-@pytest.mark.slow
 def test_benchmark_leaves_results_summary_and_figures(run_command):
     methods = "[narx,narx_smoothed,pseudo_integrator,complementary_filter,gyro_integration]"
     status, out, err, directory = run_command("benchmark", *SMALL, *QUICK, f"methods={methods}")
@@ -172,13 +168,18 @@ def test_people_left_out_on_real_pocket_walks(run_command, data_root):
 @pytest.mark.recordings
 @pytest.mark.parametrize("source", ["neura_sample", "joint_1to3dof", "broad"])
 def test_every_real_source_runs(run_command, data_root, source):
-    # every method on the short walk; on the long recordings those that are asked for below
+    # every method on the short walk; of the long recordings some, with the methods asked for below
     few = ("choose=false", "methods=[narx,pseudo_integrator,gyro_integration]")
+    one = {
+        "broad": "select.condition=undisturbed_fast_rotation_A",
+        "joint_1to3dof": "select.condition=3D",
+    }
     status, _, err, directory = run_command(
         "benchmark",
         f"data={source}",
         f"data_root={data_root}",
         *(() if source == "neura_sample" else few),
+        *([one[source]] if source in one else []),
     )
     assert status == 0, err
     results = read_results(directory / "results.csv")

@@ -86,8 +86,6 @@ def test_tables_average_over_people_and_name_the_knees():
     assert knees.frame.loc["S2, seed 0", "narx left"] == 6.0
 
 
-@pytest.mark.slow
-@pytest.mark.slow
 def test_the_command_leaves_a_row_a_variant_and_refuses_an_unknown_source(run_command):
     small = (
         "subjects=[S1]",

@@ -59,6 +59,7 @@ def state(folder):
     return json.loads(record.read_text())["state"] if record.exists() else None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("in_the_fit", [False, True])
 def test_a_training(tmp_path, in_the_fit):
     folder = tmp_path / "run"
@@ -89,6 +90,7 @@ def test_a_benchmark(tmp_path):
     assert not (folder / "results.csv").exists()
 
 
+@pytest.mark.slow
 def test_angles_of_many_files(tmp_path):
     to_the_end(launch("demo_recordings", "output=demo", "duration_s=20", folder=tmp_path))
     for number in range(24):

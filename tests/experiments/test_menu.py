@@ -37,14 +37,12 @@ def test_help_follows_the_choice(run_command):
     assert "learning_rate: 0.03" in out
 
 
-@pytest.mark.slow
 def test_a_short_window_can_be_overfitted(run_command):
     status, _, err, directory = run_command("train", "debug=overfit")
     assert status == 0, err
     assert json.loads((directory / "metrics.json").read_text())["held_back_error_deg"] < 0.5
 
 
-@pytest.mark.slow
 def test_a_profile_lists_the_slowest_functions(run_command):
     status, out, err, directory = run_command("train", "debug=tiny", "profile=true")
     assert status == 0, err

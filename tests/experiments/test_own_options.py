@@ -20,7 +20,6 @@ def folder(tmp_path):
     return tmp_path / "my_configs"
 
 
-@pytest.mark.slow
 def test_own_model_and_optimizer_train(run_command, folder):
     assert {name for name, _ in EXAMPLES} == {"model/wide.yaml", "optimizer/patient.yaml"}
     status, _, err, directory = run_command(

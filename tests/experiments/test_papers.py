@@ -22,7 +22,6 @@ def refusal(status, out, err):
     return lines[0]
 
 
-@pytest.mark.slow
 def test_han_on_simulated_walks(run_command):
     status, out, err, directory = run_command(
         "benchmark", "experiment=han_two_point", "walks.subjects=[V1,V2,V3]",
@@ -104,7 +103,6 @@ def test_another_segment_is_refused(run_command, experiment, segment, says):
     assert says in refusal(status, out, err)
 
 
-@pytest.mark.slow
 def test_abhayasinghe_on_simulated_walks(run_command):
     status, out, err, directory = run_command(
         "benchmark", "experiment=abhayasinghe_thigh_angle", "walks.subjects=[V1,V2,V11]",

@@ -1,5 +1,7 @@
 """A folder of recordings: valid ones are processed, the others are listed."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -60,6 +62,8 @@ def test_each_file_is_independent_and_its_name_gives_the_side(run_command, folde
         assert status == 0
         alone = (folder / "one.csv").read_bytes()
         assert (folder / f"out/S1/thigh_{side}_csv_angles.csv").read_bytes() == alone
+    record = json.loads((folder / "out" / "record.json").read_text())
+    assert record["configuration"]["input"] == "in/**/thigh_*.csv"
 
 
 def test_finished_files_are_kept_and_killed_ones_repeated(run_command, folder):

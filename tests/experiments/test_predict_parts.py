@@ -44,7 +44,6 @@ def _written(folder):
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*_angles.parquet"))}
 
 
-@pytest.mark.slow
 def test_parts_are_the_whole_and_a_kill_costs_no_bytes(run_command, folder):
     status, out, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
     assert (status, err) == (0, "")

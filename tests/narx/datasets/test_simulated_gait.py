@@ -343,7 +343,6 @@ def test_wrong_parameters_are_refused_in_one_line(wrong, message):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.slow
 def test_errors_can_be_left_out_one_by_one(trial):
     def without(*sources):
         source = SimulatedGait(without=sources, **SHORT)
@@ -469,7 +468,6 @@ def test_a_trial_has_names_and_metadata(trial):
 # comparison with a real walk
 
 
-@pytest.mark.slow
 @pytest.mark.recordings
 def test_simulated_joint_angles_resemble_a_real_walk(data_root):
     path = data_root / "opensim_gait" / "subject01_walk1_ik.mot"

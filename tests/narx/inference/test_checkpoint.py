@@ -47,7 +47,6 @@ def path(checkpoint, tmp_path):
     return tmp_path / "network.pt"
 
 
-@pytest.mark.slow
 def test_everything_comes_back(checkpoint, path):
     again = checkpoints.load(path)
     assert torch.equal(again.model.weights, checkpoint.model.weights)

@@ -156,7 +156,6 @@ def test_nothing_jumps_where_the_network_takes_over(motion, known):
     assert np.rad2deg(np.abs(jump)).max() < 0.1
 
 
-@pytest.mark.slow
 def test_without_start_up_only_the_network_runs(motion):
     signals = motion("walking", duration_s=5.0).signals
     model = network(seed=2)

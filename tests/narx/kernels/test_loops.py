@@ -37,7 +37,7 @@ from narx.training.least_squares.solver import Options, levenberg_marquardt
 from narx.training.least_squares.stopping import Stopping
 
 rng = np.random.default_rng(0)
-rates = torch.from_numpy(rng.standard_normal((2, 60, 3)))
+rates = torch.from_numpy(rng.standard_normal((2, 24, 3)))
 targets = torch.cumsum(rates, 1) * 0.01
 ones, structure = torch.ones(3, dtype=torch.float64), NarxStructure()
 scales = dict(rate_scale=ones, angle_scale=0.5 * ones, structure=structure)
@@ -48,7 +48,7 @@ weights = torch.from_numpy(result.weights[0]).requires_grad_()
 angles, _ = coupled_closed_loop(weights, rates, **scales)
 angles.square().sum().backward()
 output, _ = closed_loop(weights.detach(), rates[..., :1], structure=structure)
-force = np.tile([0.5, 0.2, 9.8], (60, 1))
+force = np.tile([0.5, 0.2, 9.8], (24, 1))
 signals = SegmentSignals("thigh_right", 100.0, rates[0].numpy(), force, np.zeros(3))
 start_up = StartUp().run(rates[0].numpy(), 0.01, StartUp().begin(None))
 numbers = [
@@ -108,10 +108,10 @@ def some(rng, *shape):
 @pytest.mark.parametrize("horizon", [7, None])
 def test_products_by_torch_are_those_of_the_kernel(horizon, monkeypatch):
     rng = np.random.default_rng(1)
-    targets = some(rng, 3, 60)
-    targets[0, 20:30] = targets[1, 45:] = targets[2, 13] = torch.nan
+    targets = some(rng, 3, 24)
+    targets[0, 8:12] = targets[1, 18:] = targets[2, 13] = torch.nan
     fit = NetworkFit(
-        some(rng, 3, 60, 1), targets, some(rng, 3, STRUCTURE.n_state), structure=STRUCTURE,
+        some(rng, 3, 24, 1), targets, some(rng, 3, STRUCTURE.n_state), structure=STRUCTURE,
         horizon=horizon, washout=5, sequence_weights=torch.tensor([1.0, 2.0, 0.5]).double(),
     )  # fmt: skip
     check_products(fit, rng, monkeypatch)
