@@ -4,11 +4,12 @@ import inspect
 from pathlib import Path
 
 import pytest
-from hydra.utils import get_object
+from hydra.utils import get_object, instantiate
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
 from narx.experiments.configuration.schemas import SCHEMAS, Section
 from narx.settings.checked import arguments_model
+from narx.training.trial_reader import TrialReader
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 # chosen against the defaults: as printed in a paper, or another of several uses of a class
@@ -90,3 +91,10 @@ def test_every_primary_configuration_has_a_schema():
         if "# @package" not in path.read_text() and path.stem != "common"
     }
     assert primary == set(SCHEMAS)
+
+
+def test_trials_are_read_with_the_configured_teacher():
+    configured = instantiate(OmegaConf.load(CONFIGS / "teacher" / "automatic.yaml"))
+    default = TrialReader().teacher
+    assert type(default) is type(configured)
+    assert default.method.crossover_hz == configured.method.crossover_hz
