@@ -12,6 +12,7 @@ from narx.export.tracker_numbers import between_samples, exported_numbers
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.tracking import Tracking
 from narx.inference.washout import washout_gain
+from narx.kernels import leg
 from narx.kernels import tracker as kernel
 from narx.kernels.clock import ON_TICK
 from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
@@ -52,6 +53,7 @@ _TRACKER_NUMBERS = {
     "rest_variance": kernel.REST_VARIANCE,
     "velocity_noise": kernel.VELOCITY_NOISE,
     "speed": kernel.SPEED,
+    "leg_gain": kernel.LEG_GAIN,
 }
 
 
@@ -158,6 +160,11 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
         "bridged_rad_s2": BRIDGED_RAD_S2,
         "swing_time_s": interval_s / (parameters[kernel.SWING_DECAY] - 1.0),
         "most_doubt": kernel.MOST_DOUBT,
+        "leg_skewness": leg.LEG_SKEWNESS,
+        "std_growth": leg.STD_GROWTH,
+        "most_growth": leg.MOST_GROWTH,
+        "doubtful_growth": leg.DOUBTFUL_GROWTH,
+        "start_square": leg.START_SQUARE,
         "cycle_variance": parameters[cycle : cycle + 3],
         "velocity_variance": parameters[velocity : velocity + 2],
         "std_scale": np.array(tracker.std_scale),

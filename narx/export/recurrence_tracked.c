@@ -35,6 +35,12 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define REST_LEAST ${rest_least}
 #define REST_VARIANCE ${rest_variance}
 #define MOST_BIAS_SQUARE ${most_bias_square}
+#define LEG_GAIN ${leg_gain}
+#define LEG_SKEWNESS ${leg_skewness}
+#define STD_GROWTH ${std_growth}
+#define MOST_GROWTH ${most_growth}
+#define DOUBTFUL_GROWTH ${doubtful_growth}
+#define START_SQUARE ${start_square}
 #define VELOCITY_NOISE ${velocity_noise}
 #define SPEED ${speed}
 
@@ -234,6 +240,10 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     s->scatter += REST_GAIN * (scatter - s->scatter);
     if (bridged)
         bridge(s, own);
+    if (s->idle_s < IDLE_MOST_S) {
+        s->square += LEG_GAIN * (squared(own[0]) - s->square);
+        s->cube += LEG_GAIN * (squared(own[0]) * own[0] - s->cube);
+    }
     s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
                     s->covariance[CENTRE + 1][CENTRE + 1] < KNOWN_ENOUGH;
     turn = carry(s, own, &secant);
@@ -347,19 +357,37 @@ static void begin(narx_state *state, const narx_real *initial_angles)
             state->past[i][k] = state->angles[i];
     }
     state->scatter = 1;
+    state->square = START_SQUARE;
+    state->cube = state->known ? LEG_SKEWNESS * START_SQUARE * sqrt${f}(START_SQUARE) : 0;
     state->idle_s = IDLE_MOST_S;
     /* the swing in which a recording begins is not complete */
     state->swing_s = LONGEST_SWING_S;
 }
 
+/* Factor on the standard deviation for motion that does not resemble the swing of a leg, which is
+ * faster forward than backward. */
+static narx_real std_growth(const narx_state *state)
+{
+    const narx_real skewness = state->cube / (state->square * sqrt${f}(state->square));
+    const narx_real lacking = skewness < LEG_SKEWNESS ? 1 - skewness / LEG_SKEWNESS : 0;
+    const narx_real growth = 1 + STD_GROWTH * lacking;
+    return growth < MOST_GROWTH ? growth : MOST_GROWTH;
+}
+
 void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
 {
+    const narx_real growth = std_growth(state);
     int axis;
     for (axis = 0; axis < 3; axis++) {
         const narx_real *const relative = state->covariance[axis];
         const narx_real *const posture = state->covariance[CENTRE + axis];
         const narx_real variance =
             relative[axis] + 2 * relative[CENTRE + axis] + posture[CENTRE + axis];
-        deviation[axis] = variance > 0 ? STD_SCALE[axis] * sqrt${f}(variance) : 0;
+        deviation[axis] = variance > 0 ? growth * STD_SCALE[axis] * sqrt${f}(variance) : 0;
     }
+}
+
+int narx_is_doubtful(const narx_state *state)
+{
+    return std_growth(state) > DOUBTFUL_GROWTH;
 }

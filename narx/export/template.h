@@ -63,6 +63,10 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
 #if NARX_TRACKED
 /* Standard deviations of the latest angles, rad. */
 void narx_standard_deviation(const narx_state *state, narx_real deviation[3]);
+
+/* Whether the motion does not resemble the swing of a leg; the standard deviations are then more
+ * than doubled. */
+int narx_is_doubtful(const narx_state *state);
 #endif
 
 #ifdef __cplusplus

@@ -128,7 +128,13 @@ class TrackedRecurrence(TrackedState):
         scatter = away[..., 0] ** 2 + away[..., 1] ** 2 + away[..., 2] ** 2
         scatter = s[..., kernel.SCATTER] + p[kernel.REST_GAIN] * (scatter - s[..., kernel.SCATTER])
         known_to = torch.maximum(covariance[..., 3, 3], covariance[..., 4, 4])
-        works = (idle < p[kernel.IDLE_MOST]) & (known_to < p[kernel.KNOWN_ENOUGH])
+        walks = idle < p[kernel.IDLE_MOST]
+        gain = walks.to(s.dtype) * p[kernel.LEG_GAIN]
+        own_square = own[..., 0] ** 2
+        leg_square, leg_cube = s[..., kernel.SQUARE], s[..., kernel.CUBE]
+        leg_square = leg_square + gain * (own_square - leg_square)
+        leg_cube = leg_cube + gain * (own_square * own[..., 0] - leg_cube)
+        works = walks & (known_to < p[kernel.KNOWN_ENOUGH])
 
         tilt = past[..., 0]
         if self.n_outputs > 1:
@@ -301,6 +307,7 @@ class TrackedRecurrence(TrackedState):
                 torch.stack(odds, dim=-1),
                 mean_rate,
                 s[..., kernel.KNOWN : kernel.KNOWN + 1],
+                torch.stack([leg_square, leg_cube], dim=-1),
                 heading.unsqueeze(-1),
                 lower,
             ],

@@ -24,6 +24,7 @@ from narx.export.tracker_numbers import (
 )
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.tracking import Tracking
+from narx.kernels import leg
 from narx.kernels import tracker as kernel
 from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S
@@ -100,6 +101,9 @@ class TrackedState(nn.Module):
             between_samples(LONGEST_BRIDGED_S, interval_s, above=False),
             BRIDGED_RAD_S2,
             kernel.MOST_DOUBT,
+            leg.LEG_SKEWNESS,
+            leg.STD_GROWTH,
+            leg.MOST_GROWTH,
         )
         for name, value in (
             ("p", exported_numbers(tracker, model)),
@@ -185,9 +189,15 @@ class TrackedState(nn.Module):
         Returns
         -------
         Tensor, shape (..., 3)
-            rad^2, before the checkpoint's `std_scale`.
+            rad^2, before the checkpoint's `std_scale`, with the growth for motion that does not
+            resemble the swing of a leg.
         """
         covariance = state[..., self.n : self.n + self.n * self.n].unflatten(-1, [self.n, self.n])
         angles = covariance[..., :3, :] + covariance[..., 3:6, :]
         both = angles[..., :3] + angles[..., 3:6]
-        return torch.diagonal(both, dim1=-2, dim2=-1)
+        at = self.n + self.n * self.n + kernel.SQUARE
+        square, cube = state[..., at : at + 1], state[..., at + 1 : at + 2]
+        lacking = 1.0 - cube / (square * torch.sqrt(square)) / self.limits[10]
+        growth = 1.0 + self.limits[11] * torch.clamp(lacking, min=0.0)
+        growth = torch.minimum(growth, self.limits[12])
+        return growth**2 * torch.diagonal(both, dim1=-2, dim2=-1)

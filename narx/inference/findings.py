@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from narx.errors import RecordingError
 from narx.inference.narx_method import NarxMethod
-from narx.kernels.clock import ARRIVED, MISSING
+from narx.kernels.clock import ARRIVED, DOUBTFUL, MISSING
 from narx.recordings.consistency import contradiction, fit_rotation, is_certain
 from narx.recordings.gaps import gaps_of
 from narx.recordings.trial import ImuRecording
@@ -114,7 +114,7 @@ def start_up_note(
         seconds; otherwise empty.
     """
     there = quality[quality != MISSING]
-    by_network_s = float((there == ARRIVED).sum()) / sampling_rate_hz
+    by_network_s = float(np.isin(there, (ARRIVED, DOUBTFUL)).sum()) / sampling_rate_hz
     if not there.size or by_network_s >= _SETTLED_S:
         return []
     if by_network_s > 0:
@@ -125,6 +125,30 @@ def start_up_note(
     return [
         f"the network takes over {method.takes_over}, which this recording does not have: all "
         "angles are the start-up's"
+    ]
+
+
+def doubtful_note(quality: NDArray[np.int8]) -> list[str]:
+    """Report if the motion does not resemble the swing of a leg for most of the time.
+
+    Parameters
+    ----------
+    quality : ndarray of int8, shape (N,)
+        From `NarxMethod.run`.
+
+    Returns
+    -------
+    list of str
+        A note if this holds for more than half of the samples that the network estimated.
+    """
+    doubtful = int((quality == DOUBTFUL).sum())
+    by_network = doubtful + int((quality == ARRIVED).sum())
+    if 2 * doubtful <= by_network:
+        return []
+    return [
+        f"in {100 * doubtful / by_network:.0f} % of the samples the motion does not resemble the "
+        "swing of a leg, which is faster forward than backward (quality 4, with larger standard "
+        "deviations): another motion, or a sensor mounted the wrong way round"
     ]
 
 

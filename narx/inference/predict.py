@@ -14,7 +14,12 @@ from narx.errors import RecordingError, UserError
 from narx.inference.bias import check_known_start, remove_static_bias
 from narx.inference.clocks import ClockConversion
 from narx.inference.filled_gaps import filled_gap_std_rad
-from narx.inference.findings import check_consistency, gap_notes, start_up_note
+from narx.inference.findings import (
+    check_consistency,
+    doubtful_note,
+    gap_notes,
+    start_up_note,
+)
 from narx.inference.mounting import mounting_note
 from narx.inference.narx_method import NarxMethod
 from narx.inference.pretrained import load_or_pretrained
@@ -198,7 +203,7 @@ def predict(
         # a spline overshoots at a step, such as that at the end of the start-up
         bounds = np.fmin.reduce(std, axis=0), np.fmax.reduce(std, axis=0)
         std = np.clip(conversion.to_samples(std, there), *bounds)
-    more += start_up_note(method, found.quality, rate_hz)
+    more += [*start_up_note(method, found.quality, rate_hz), *doubtful_note(found.quality)]
     return Prediction(
         recording.time_s,
         conversion.to_samples(found.angles_rad, there),

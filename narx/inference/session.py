@@ -13,7 +13,12 @@ from narx.gait.phases import gait_phases
 from narx.gait.straight_walk import walk_before_turn_s
 from narx.inference.bias import remove_static_bias
 from narx.inference.filled_gaps import filled_gap_std_rad
-from narx.inference.findings import check_consistency, gap_notes, start_up_note
+from narx.inference.findings import (
+    check_consistency,
+    doubtful_note,
+    gap_notes,
+    start_up_note,
+)
 from narx.inference.narx_method import NarxMethod
 from narx.inference.predict import MAX_GAP_S
 from narx.kinematics.joints import JOINTS, joint_between
@@ -171,10 +176,10 @@ def predict_session(
         )
         found = method.run(calibrated.signals)
         quality[segment] = found.quality
-        notes += [
-            f"{segment}: {note}"
-            for note in start_up_note(method, found.quality, trial.sampling_rate_hz)
-        ]
+        found_notes = start_up_note(method, found.quality, trial.sampling_rate_hz)
+        if kind_of(segment) in _SWINGING:
+            found_notes += doubtful_note(found.quality)
+        notes += [f"{segment}: {note}" for note in found_notes]
         angles[segment] = found.angles_rad
         if found.std_rad is not None:
             one = admitted[segment]

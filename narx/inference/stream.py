@@ -28,6 +28,9 @@ class Quality(IntEnum):
     """No usable sample: the angles are NaN."""
     STARTING = 3
     """Start-up, or no walking: the rates are integrated, and errors are larger."""
+    DOUBTFUL = 4
+    """With a tracker: the motion does not resemble the swing of a leg, which is faster forward than
+    backward; errors are larger."""
 
 
 class Estimate(NamedTuple):

@@ -10,7 +10,9 @@ from narx.inference.narx_method import NarxMethod, NetworkEstimate, quality_of
 from narx.inference.tracked_recursion import TrackedRecursion
 from narx.inference.tracker import PostureTracker
 from narx.inference.tracking import Tracked, Tracking, follow
+from narx.kernels import leg
 from narx.kernels import tracker as kernel
+from narx.kernels.clock import ARRIVED, DOUBTFUL
 from narx.method import SegmentSignals
 from narx.missing import finite_rows
 from narx.network.model import Narx
@@ -73,14 +75,12 @@ class TrackedNarxMethod(NarxMethod):
             between walks.
         """
         there = self.usable(signals)
-        angles, std, by_network = self._follow(signals, there)
+        angles, std, growth, by_network = self._follow(signals, there)
         starting = ~by_network & finite_rows(angles)
-        return NetworkEstimate(
-            angles,
-            std * np.array(self.tracker.std_scale),
-            starting,
-            quality_of(there, starting, signals.interval_s),
-        )
+        quality = quality_of(there, starting, signals.interval_s)
+        quality[(quality == ARRIVED) & (growth > leg.DOUBTFUL_GROWTH)] = DOUBTFUL
+        std = std * growth[:, None] * np.array(self.tracker.std_scale)
+        return NetworkEstimate(angles, std, starting, quality)
 
     @property
     def takes_over(self) -> str:
@@ -106,13 +106,13 @@ class TrackedNarxMethod(NarxMethod):
         if there.all():
             return self._follow_bridged(signals)
         angles, std = np.full((2, signals.n_samples, 3), np.nan)
-        by_network = np.zeros(signals.n_samples, dtype=bool)
+        growth, by_network = np.full(signals.n_samples, np.nan), np.zeros(len(there), dtype=bool)
         if there.any():
             bridged, tick_of = self.bridged(signals)
             tracked, at = self._follow_bridged(bridged), tick_of[there]
             angles[there], std[there] = tracked.angles_rad[at], tracked.std_rad[at]
-            by_network[there] = tracked.by_network[at]
-        return Tracked(angles, std, by_network)
+            growth[there], by_network[there] = tracked.std_growth[at], tracked.by_network[at]
+        return Tracked(angles, std, growth, by_network)
 
     def _follow_bridged(self, signals: SegmentSignals) -> Tracked:
         rate_hz = self.model.sampling_rate_hz
@@ -142,14 +142,15 @@ class TrackedNarxMethod(NarxMethod):
         joined = np.concatenate(rows) if rows else np.empty((0, inputs.shape[1]))
         tracked = self._at_network_rate_tracked(joined, signals.initial_angles_rad)
         angles, std = np.full((2, n, 3), np.nan)
-        by_network = np.zeros(n, dtype=bool)
+        growth, by_network = np.full(n, np.nan), np.zeros(n, dtype=bool)
         for piece, begin, conversion in zip(pieces, begins, conversions, strict=True):
             part = slice(begin, begin + len(conversion.network_rates_rad_s))
             angles[piece] = conversion.to_recording(tracked.angles_rad[part])
             nearest = np.round(np.arange(len(piece)) * ratio).astype(int)
             nearest = np.minimum(begin + nearest, part.stop - 1)
             std[piece], by_network[piece] = tracked.std_rad[nearest], tracked.by_network[nearest]
-        return Tracked(angles, std, by_network)
+            growth[piece] = tracked.std_growth[nearest]
+        return Tracked(angles, std, growth, by_network)
 
     def _at_network_rate_tracked(self, inputs: FloatArray, start: FloatArray | None) -> Tracked:
         tracking = Tracking(self.tracker, self.model, start)

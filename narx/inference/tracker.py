@@ -25,6 +25,11 @@ same holds after a swing that ends 50 degrees and more from where it began while
 the person has sat down or stood up. At rest the mean rate measures the bias. The swing in which a
 recording begins is incomplete, so its mean angle is not used.
 
+A leg swings forward faster than backward. Where the skewness of the sagittal rate is below that of
+a leg, as of an arm, a phone at the ear or a sensor mounted the wrong way round, the standard
+deviation is multiplied by up to six; the estimate is unchanged. Which motion it is must be learned
+from an unknown start, so the standard deviation is larger in the first strides.
+
 In a gap below 0.35 s the rates are interpolated (`narx.kernels.short_gap`); in a longer one the
 motion is unknown.
 
@@ -57,6 +62,8 @@ _OUTLIER = 9.0
 _EARLY_SWINGS = 5.0
 # no parameter is outside this range, which keeps squares and quotients finite
 _SMALLEST, _LARGEST = 1e-9, 1e6
+# time constant of the means that tell a leg from other motion: eight strides
+_LEG_TIME_S = 8.0
 # rest: over half a second, the rate varies by less than 1.5 deg/s
 _REST_TIME_S, _REST_RAD_S = 0.5, math.radians(1.5)
 
@@ -215,6 +222,7 @@ class PostureTracker:
             kernel.ANGLE_SCALE: angle_scale,
             kernel.VELOCITY_VARIANCE: self.forward_sd_m_s**2 / dt,
             kernel.VELOCITY_VARIANCE + 1: self.sideways_sd_m_s**2 / dt,
+            kernel.LEG_GAIN: dt / (_LEG_TIME_S + dt),
         }
         for axis, sd in enumerate(self.swing_sd_deg):
             values[kernel.CYCLE_VARIANCE + axis] = math.radians(sd) ** 2

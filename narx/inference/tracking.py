@@ -8,6 +8,7 @@ import numpy as np
 
 from narx.errors import UserError
 from narx.inference.tracker import LinearRecursion, PostureTracker
+from narx.kernels import leg
 from narx.kernels import tracker as kernel
 from narx.kernels.tracker_covariance import AIDED_STATES, GYROSCOPE_STATES
 from narx.network.model import Narx
@@ -22,13 +23,16 @@ class Tracked(NamedTuple):
     angles_rad : ndarray, shape (N, 3)
         Sagittal, frontal and transverse angle.
     std_rad : ndarray, shape (N, 3)
-        Standard deviation of their error according to the model.
+        Standard deviation of their error according to the model, for the swing of a leg.
+    std_growth : ndarray, shape (N,)
+        Factor on it for motion that does not resemble one.
     by_network : ndarray of bool, shape (N,)
         Whether the network propagated the angle; False while the rates were integrated.
     """
 
     angles_rad: FloatArray
     std_rad: FloatArray
+    std_growth: FloatArray
     by_network: BoolArray
 
     def reversed(self) -> "Tracked":
@@ -39,7 +43,12 @@ class Tracked(NamedTuple):
         Tracked
             The output, last sample first.
         """
-        return Tracked(self.angles_rad[::-1], self.std_rad[::-1], self.by_network[::-1])
+        return Tracked(
+            self.angles_rad[::-1],
+            self.std_rad[::-1],
+            self.std_growth[::-1],
+            self.by_network[::-1],
+        )
 
 
 class Tracking:
@@ -95,6 +104,9 @@ class Tracking:
         self.scalars = _new_scalars()
         self.scalars[kernel.IDLE] = tracker.idle_s
         self.scalars[kernel.KNOWN] = float(known)
+        if known:
+            # a sensor in a known pose is on a leg
+            self.scalars[kernel.CUBE] = leg.LEG_SKEWNESS * leg.START_SQUARE**1.5
         self.rates = np.zeros((3, max(input_lags - 1, 1)))
         self.past = np.zeros((3, output_lags))
         if initial_angles_rad is not None:
@@ -125,12 +137,12 @@ class Tracking:
         rates = np.ascontiguousarray(axis_rates_rad_s, dtype=np.float64)
         force = np.ascontiguousarray(specific_force_m_s2, dtype=np.float64)
         angles, variances = np.empty_like(rates), np.empty_like(rates)
-        by_network = np.empty(len(rates), dtype=np.bool_)
+        growth, by_network = np.empty(len(rates)), np.empty(len(rates), dtype=np.bool_)
         kernel.track(
             rates, force, self.x, self.covariance, self.scalars, self.parameters, self.weights,
-            self.hidden, self.rates, self.past, angles, variances, by_network,
+            self.hidden, self.rates, self.past, angles, variances, growth, by_network,
         )  # fmt: skip
-        return Tracked(angles, np.sqrt(np.maximum(variances, 0.0)), by_network)
+        return Tracked(angles, np.sqrt(np.maximum(variances, 0.0)), growth, by_network)
 
     def time_reversed(self) -> "Tracking":
         """Return a tracker that runs backwards in time from the current state.
@@ -157,6 +169,7 @@ class Tracking:
 def _new_scalars() -> FloatArray:
     scalars = np.zeros(kernel.SCALARS)
     scalars[kernel.SCATTER] = 1.0
+    scalars[kernel.SQUARE] = leg.START_SQUARE
     # the swing in which a recording begins is not complete, so nothing is learned from it
     scalars[kernel.SINCE] = kernel.LONGEST_SWING_S
     return scalars
@@ -191,5 +204,7 @@ def follow(tracking: Tracking, inputs: FloatArray, aided: bool, smoothing: bool)
     return Tracked(
         weight * forward.angles_rad + (1.0 - weight) * back.angles_rad,
         np.minimum(forward.std_rad, back.std_rad),
+        # backwards in time the skewness has the opposite sign
+        forward.std_growth,
         forward.by_network | back.by_network,
     )

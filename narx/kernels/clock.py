@@ -17,7 +17,7 @@ LARGEST = 1.7e308
 # a sample closer to a tick than this, in intervals, counts as on the tick
 ON_TICK = 1e-3
 # quality of a sample, as `narx.inference.stream.Quality`
-ARRIVED, AFTER_PAUSE, MISSING, STARTING = 0, 1, 2, 3
+ARRIVED, AFTER_PAUSE, MISSING, STARTING, DOUBTFUL = 0, 1, 2, 3, 4
 
 
 @compiled(**EXACT_INNER)

@@ -12,6 +12,7 @@ import numpy as np
 from narx.kernels.clock import (
     AFTER_PAUSE,
     CLOCK,
+    DOUBTFUL,
     MISSING,
     PAST,
     STARTING,
@@ -21,7 +22,16 @@ from narx.kernels.clock import (
     turn_on,
 )
 from narx.kernels.compiler import EXACT, compiled
-from narx.kernels.tracker import INTERVAL, PARAMETERS, SCALARS, room, step
+from narx.kernels.leg import DOUBTFUL_GROWTH, std_growth
+from narx.kernels.tracker import (
+    CUBE,
+    INTERVAL,
+    PARAMETERS,
+    SCALARS,
+    SQUARE,
+    room,
+    step,
+)
 from narx.kernels.tracker import MISSING as MISSING_S
 from narx.kernels.transfer import copy_row
 
@@ -93,8 +103,13 @@ def follow(
                 copy_row(x, angles[b, k])
             else:
                 turn_on(x, sample, clock[PAST], angles[b, k])
+            growth = std_growth(s[SQUARE], s[CUBE])
             for axis in range(3):
                 variance = max(covariance[axis, axis], 0.0)
-                stds[b, k, axis] = math.sqrt(variance) * std_scale[axis]
-            if arrival != AFTER_PAUSE and state[b, at_works] == 0.0:
+                stds[b, k, axis] = math.sqrt(variance) * growth * std_scale[axis]
+            if arrival == AFTER_PAUSE:
+                continue
+            if state[b, at_works] == 0.0:
                 quality[b, k] = STARTING
+            elif growth > DOUBTFUL_GROWTH:
+                quality[b, k] = DOUBTFUL

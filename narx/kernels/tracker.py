@@ -13,6 +13,7 @@ import numpy as np
 from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
 from narx.kernels.functions import sine_cosine
 from narx.kernels.kalman import DIRECTION, measure, measure_state, spread
+from narx.kernels.leg import std_growth
 from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.network_step import OUTPUT, three_outputs
 from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S, interpolate
@@ -32,7 +33,9 @@ from narx.kernels.tracker_covariance import (
     TURN, SWING, HIGH, LOW, SPAN, RISING, SINCE, IDLE, PERIOD, TRUST, SCATTER, MISSING, SAMPLES,
 ) = range(13)  # fmt: skip
 SUM_ANGLES, SUM_TURN, BEFORE, ODD, MEAN_RATE, KNOWN = 13, 16, 17, 19, 22, 25
-SCALARS = 26
+# means of the square and the cube of the sagittal rate in walking
+SQUARE, CUBE = 26, 27
+SCALARS = 28
 
 # parameters; rates are per sample
 (
@@ -42,8 +45,8 @@ SCALARS = 26
     RETURN_VARIANCE, PERIOD_SHARE, OUTLIER, EARLY, REST_GAIN, REST_LEAST, REST_VARIANCE,
     VELOCITY_NOISE, SPEED, RATE_SCALE, ANGLE_SCALE,
 ) = range(27)  # fmt: skip
-CYCLE_VARIANCE, VELOCITY_VARIANCE = 27, 30
-PARAMETERS = 32
+CYCLE_VARIANCE, VELOCITY_VARIANCE, LEG_GAIN = 27, 30, 32
+PARAMETERS = 33
 
 # rows of the intermediate results of `step`, after those of the functions that it calls
 OWN, CARRIED, ABOUT, NOW, MEANS = 3, 4, 6, 7, 8
@@ -276,7 +279,12 @@ def step(
     s[SCATTER] += p[REST_GAIN] * (scatter - s[SCATTER])
     if bridged:
         _bridge(x, covariance, s, p, rates, past, work)
-    works = s[IDLE] < p[IDLE_MOST] and (
+    walks = s[IDLE] < p[IDLE_MOST]
+    if walks:
+        own_square = work[OWN, 0] ** 2
+        s[SQUARE] += p[LEG_GAIN] * (own_square - s[SQUARE])
+        s[CUBE] += p[LEG_GAIN] * (own_square * work[OWN, 0] - s[CUBE])
+    works = walks and (
         max(covariance[CENTRE, CENTRE], covariance[CENTRE + 1, CENTRE + 1]) < p[KNOWN_ENOUGH]
     )
     turn, cos_f = _advance(x, s, p, weights, rates, past, works, work, features, arguments)
@@ -357,9 +365,12 @@ def track(
     past: Any,
     angles: Any,
     variances: Any,
+    growths: Any,
     works: Any,
 ) -> None:
-    """Advance over samples (N, 3), NaN where missing; fill angles, their variances, and works.
+    """Advance over samples (N, 3), NaN where missing.
+
+    Fills angles and their variances (N, 3), growths of the standard deviation and works (N,).
 
     x (n,), covariance (n, n), s (SCALARS,), rates and past (3, lags) are the state, changed in
     place; p (PARAMETERS,) is from `narx.inference.tracker`.
@@ -375,23 +386,14 @@ def track(
             s[MISSING] += p[INTERVAL]
             angles[k] = math.nan
             variances[k] = math.nan
+            growths[k] = math.nan
             works[k] = False
             continue
         works[k] = step(
-            axis_rates[k],
-            force[k],
-            x,
-            covariance,
-            s,
-            p,
-            weights,
-            rates,
-            past,
-            work,
-            moved,
-            features,
-            arguments,
-        )
+            axis_rates[k], force[k], x, covariance, s, p, weights, rates, past,
+            work, moved, features, arguments,
+        )  # fmt: skip
         for axis in range(3):
             angles[k, axis] = x[axis]
             variances[k, axis] = covariance[axis, axis]
+        growths[k] = std_growth(s[SQUARE], s[CUBE])

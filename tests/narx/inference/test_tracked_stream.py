@@ -38,6 +38,8 @@ def walk(time_s):
     """Rates and forces of a leg that swings after two seconds of standing, at any time."""
     turns = 2 * np.pi * 0.9 * np.asarray(time_s)[:, None]
     rates = np.array([2.4, 0.4, 0.3]) * np.cos(turns * [1.0, 2.0, 1.0] + [0.0, 0.3, 1.0])
+    # faster forward than backward
+    rates[:, :1] += 1.2 * np.cos(2.0 * turns)
     force = np.array([0.0, 0.0, 9.81]) + 0.5 * np.cos(turns + np.array([0.0, 1.0, 2.0]))
     return np.hstack([rates * np.clip(np.asarray(time_s)[:, None] - 2.0, 0.0, 1.0), force])
 
