@@ -114,6 +114,30 @@ def test_interrupted_walks_sit_down_and_lose_samples():
     assert 20 <= lost.sum() <= 60
 
 
+def test_bands_are_shares_of_the_errors_and_of_the_marks():
+    bands = _load(ROOT / "docs" / "bands.py")
+    rng = np.random.default_rng(0)
+    time_s, quality = np.arange(20_000) / 100.0, np.zeros(20_000, dtype=int)
+    quality[10_000:] = 4
+    walks = [
+        bands.Walk(
+            subject, "FrontPocket", time_s, sd * np.abs(rng.normal(size=(20_000, 2))), quality
+        )
+        for subject, sd in (("one", 1.0), ("other", 2.0))
+    ]
+    np.testing.assert_allclose(bands.scale_of(walks[1].ratio), 2.0, rtol=0.02)
+    one, other = bands.scaled(walks)
+    # the factor of one person is half that of the other
+    np.testing.assert_allclose(np.mean(one.ratio < 1.96, axis=0), 0.99991, atol=2e-4)
+    np.testing.assert_allclose(np.mean(other.ratio < 1.96, axis=0), 0.6729, atol=0.01)
+    cells = bands.row([other], 0.0, 200.0)
+    assert cells["doubtful, %"] == "50 (at most 50)"
+    assert cells["start-up or idle, %"] == "0 (at most 0)"
+    in_band, or_marked = cells["95 % band"], cells["in the 95 % band or marked"]
+    assert in_band in {f"{a} / {b}" for a in (67, 68) for b in (67, 68)}
+    assert or_marked in {f"{a} / {b}" for a in (83, 84) for b in (83, 84)}
+
+
 def _load(path):
     spec = importlib.util.spec_from_file_location(f"loaded_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)

@@ -5,7 +5,8 @@ import pytest
 
 from narx import SimulatedGait
 from narx.errors import RecordingError
-from narx.inference.findings import check_consistency
+from narx.inference.findings import check_consistency, doubtful_note
+from narx.inference.stream import Quality
 
 
 def _check(gyroscope, accelerometer):
@@ -43,3 +44,14 @@ def test_a_reversed_axis_of_a_sensor_that_only_turns_is_refused():
     assert _check(rate, force) == []
     with pytest.raises(RecordingError, match="turns the other way"):
         _check(-rate, force)
+
+
+@pytest.mark.parametrize(("doubtful", "noted"), [(50, False), (51, True)])
+def test_motion_unlike_a_leg_is_noted_if_it_is_most_of_the_recording(doubtful, noted):
+    # the start-up does not count
+    quality = np.repeat(
+        [Quality.STARTING, Quality.DOUBTFUL, Quality.GOOD], [200, doubtful, 100 - doubtful]
+    )
+    notes = doubtful_note(quality.astype(np.int8))
+    assert bool(notes) == noted
+    assert not notes or notes[0].startswith("in 51 % of the samples the motion does not resemble")
