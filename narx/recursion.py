@@ -1,13 +1,14 @@
 """Running methods: the state after the samples so far, for several sensors in parallel."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from narx.kernels.clock import CLOCK, MISSING, STAMP, collect, lay_out, longest_pause
+from narx.kernels.threads import in_threads
 from narx.types import BoolArray, FloatArray
 
 
@@ -184,6 +185,70 @@ class _TickByTick(Clocked):
             std = self._stds_rad[starting.astype(np.intp)]
             std[quality == MISSING] = np.nan
         return angles, std, quality
+
+
+# sensors that are worth a thread of their own
+_TOGETHER = 256
+
+
+class CompiledClocked(Clocked):
+    """A recursion and its clock in one compiled function, many sensors in threads.
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (P,)
+        Constants of `kernel`.
+    state : ndarray, shape (groups, ...)
+        State of the sensors, in groups of as many as `sizes` has lanes; changed in place.
+    has_stds : bool
+        Whether the standard deviations are known.
+    sizes : tuple
+        Further arguments of `kernel`, which are lengths (`narx.kernels.sizes`): of the network, and
+        last of a group, which is one sensor if there are none.
+    """
+
+    kernel: Callable[..., None]
+
+    def __init__(
+        self, numbers: FloatArray, state: FloatArray, has_stds: bool, sizes: tuple[Any, ...] = ()
+    ) -> None:
+        self._numbers, self._state, self._has_stds = numbers, state, has_stds
+        self._sizes, self._width = sizes, len(sizes[-1]) if sizes else 1
+
+    def follow(
+        self, samples: FloatArray, stamps: FloatArray
+    ) -> tuple[FloatArray, FloatArray | None, NDArray[np.int8]]:
+        """Advance all sensors.
+
+        Parameters
+        ----------
+        samples, stamps : ndarray
+            As for `Clocked.follow`.
+
+        Returns
+        -------
+        angles, std, quality : ndarray
+            As from `Clocked.follow`.
+        """
+        n_sensors, n_samples, _ = samples.shape
+        angles = np.empty((n_sensors, n_samples, 3))
+        stds = np.empty((n_sensors, n_samples, 3))
+        quality = np.empty((n_sensors, n_samples), np.int8)
+        if n_sensors < 2 * _TOGETHER:
+            self.kernel(
+                samples, stamps, self._numbers, self._state, angles, stds, quality, *self._sizes
+            )
+        else:
+
+            def part(first: int, last: int) -> None:
+                at = slice(first * self._width, last * self._width)
+                self.kernel(
+                    samples[at], stamps[at], self._numbers, self._state[first:last],
+                    angles[at], stds[at], quality[at], *self._sizes,
+                )  # fmt: skip
+
+            in_threads(part, len(self._state), _TOGETHER // self._width)
+        return angles, stds if self._has_stds else None, quality
 
 
 class SampleBySample(Recursion):

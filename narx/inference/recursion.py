@@ -1,13 +1,14 @@
 """Compiled recursion of a trained network: start-up, network and washout of B sensors."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from narx.inference.start_up import StartUp
-from narx.kernels.sample_steps import run_method
-from narx.network.kernel_arrays import kernel_shape
+from narx.kernels import sample_steps as kernel
+from narx.kernels.network_stream import follow
+from narx.network.kernel_arrays import in_lanes, kernel_shape, lanes_for
 from narx.network.model import Narx
-from narx.recursion import Recursion
+from narx.recursion import Clocked, ClockNumbers, CompiledClocked, Recursion, new_clock
 from narx.types import BoolArray, FloatArray
 
 
@@ -64,9 +65,12 @@ class NarxRecursion(Recursion):
         starts = [None] * n_sensors if initial_angles_rad is None else initial_angles_rad
         self.start = np.stack([start_up.begin(angles) for angles in starts])
         self.taken_over = np.full(n_sensors, start_up.duration_s <= 0)
-        self.posture = np.zeros((n_sensors, 3))
-        self.state = np.zeros((n_sensors, 3, model.structure.n_state))
-        self.mean = np.zeros((n_sensors, 3))
+        self.memory = np.zeros((n_sensors, kernel.PAST + 3 * model.structure.n_state, 1))
+        self._sizes = (
+            model.structure.hidden,
+            model.structure.input_lags,
+            model.structure.output_lags,
+        )
 
     def advance(
         self, samples: FloatArray, first: NDArray[np.int64]
@@ -89,7 +93,7 @@ class NarxRecursion(Recursion):
         """
         angles = np.empty((len(samples), 3))
         starting = np.zeros(len(samples), dtype=np.bool_)
-        run_method(
+        kernel.run_method(
             first,
             samples,
             self._interval_s,
@@ -97,12 +101,58 @@ class NarxRecursion(Recursion):
             *self._network,
             self.start,
             self.taken_over,
-            self.posture,
+            self.memory,
             np.empty((2, 3)),
-            self.state,
-            self.mean,
             angles,
             starting,
             self._shape,
         )
         return angles, starting
+
+    def clocked(
+        self, numbers: ClockNumbers, shape: tuple[int, int], stds_rad: FloatArray | None
+    ) -> Clocked:
+        """Put a clock before the recursion.
+
+        Parameters
+        ----------
+        numbers : ClockNumbers
+            Of the clock.
+        shape : tuple of two ints
+            Sensors, and columns of their samples.
+        stds_rad : ndarray, shape (2, 3), or None
+            From `narx.method.OrientationMethod.stds_rad`.
+
+        Returns
+        -------
+        Clocked
+            Goes on from the present state, by itself.
+        """
+        weights, scales, gain, coupled = self._network
+        stds = np.full(6, np.nan) if stds_rad is None else stds_rad.ravel()
+        constants: list[ArrayLike] = [
+            numbers,
+            stds,
+            self._start_up,
+            (coupled, gain),
+            scales.ravel(),
+            weights,
+        ]
+        # no sample yet, so no angles at a tick and no start-up
+        none = np.zeros(shape), np.full((shape[0], 3), np.nan), np.zeros((shape[0], 1))
+        state = [
+            new_clock(shape[0]), *none, self.taken_over[:, None], self.start, self.memory[:, :, 0]
+        ]  # fmt: skip
+        lanes = lanes_for(shape[0])
+        at, _ = in_lanes(shape[0], len(lanes))
+        grouped = np.hstack(state)[at].transpose(0, 2, 1).copy()
+        return _ClockedNetwork(
+            np.concatenate([np.ravel(part) for part in constants]),
+            grouped,
+            stds_rad is not None,
+            (self._shape, lanes),
+        )
+
+
+class _ClockedNetwork(CompiledClocked):
+    kernel = staticmethod(follow)

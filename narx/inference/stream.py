@@ -13,6 +13,7 @@ from narx.recordings.stamps import checked_rate_hz
 from narx.settings.wording import shown
 from narx.types import FloatArray
 
+_new = tuple.__new__
 _NOT_NUMBERS = TypeError, ValueError, OverflowError
 
 
@@ -156,8 +157,10 @@ class OrientationStream:
         stamps = self._no_stamps if time_s is None else self._stamps(time_s, self._one[:2])
         angles, std, quality = self._clocked.follow(values, stamps)
         if self._lead:
-            return Estimate(angles[:, 0], None if std is None else std[:, 0], quality[:, 0])
-        return Estimate(angles[0, 0], None if std is None else std[0, 0], quality[0, 0])
+            found = angles[:, 0], None if std is None else std[:, 0], quality[:, 0]
+        else:
+            found = angles[0, 0], None if std is None else std[0, 0], quality[0, 0]
+        return _new(Estimate, found)  # a call of the class costs six times as much
 
     def update_block(self, samples: ArrayLike, time_s: ArrayLike | None = None) -> Estimate:
         """Process the next samples of every sensor.

@@ -1,18 +1,14 @@
 """Network and tracker of B sensors at work, compiled."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from narx.inference.tracker import LinearRecursion, PostureTracker
 from narx.inference.tracking import Tracking
-from narx.kernels.threads import in_threads
 from narx.kernels.tracked_stream import follow
 from narx.network.model import Narx
-from narx.recursion import Clocked, ClockNumbers, Recursion, new_clock
+from narx.recursion import Clocked, ClockNumbers, CompiledClocked, Recursion, new_clock
 from narx.types import BoolArray, FloatArray
-
-# sensors that are worth a thread of their own
-_TOGETHER = 256
 
 
 class TrackedRecursion(Recursion):
@@ -88,55 +84,18 @@ class TrackedRecursion(Recursion):
         """
         clock = np.hstack([new_clock(shape[0]), np.zeros((shape[0], shape[1] + 1))])
         packed = np.stack([tracking.packed for tracking in self.trackings])
-        return _ClockedTracker(
-            np.hstack([clock, packed]), numbers, self._std_scale, self.trackings[0]
-        )
+        one = self.trackings[0]
+        counts = numbers.lost_most, one.hidden, len(one.x), one.rates.shape[1]
+        constants: list[ArrayLike] = [
+            counts,
+            numbers[:3],
+            self._std_scale,
+            one.parameters,
+            one.weights,
+        ]
+        joined = np.concatenate([np.ravel(part) for part in constants])
+        return _ClockedTracker(joined, np.hstack([clock, packed]), True)
 
 
-class _ClockedTracker(Clocked):
-    def __init__(
-        self,
-        state: FloatArray,
-        numbers: ClockNumbers,
-        std_scale: tuple[float, float, float],
-        tracking: Tracking,
-    ) -> None:
-        self._state = state
-        self._numbers = np.concatenate(
-            [
-                numbers[:3],
-                std_scale,
-                tracking.parameters,
-                tracking.weights,
-            ]
-        )
-        self._counts = (
-            numbers.lost_most,
-            tracking.hidden,
-            len(tracking.x),
-            tracking.rates.shape[1],
-        )
-
-    def follow(
-        self, samples: FloatArray, stamps: FloatArray
-    ) -> tuple[FloatArray, FloatArray | None, NDArray[np.int8]]:
-        n_sensors, n_samples = samples.shape[:2]
-        # two arrays: views of one would cost as much again as the samples themselves
-        angles = np.empty((n_sensors, n_samples, 3))
-        stds = np.empty((n_sensors, n_samples, 3))
-        quality = np.empty((n_sensors, n_samples), np.int8)
-        if n_sensors < 2 * _TOGETHER:
-            follow(
-                samples, stamps, self._numbers, *self._counts, self._state, angles, stds, quality
-            )
-            return angles, stds, quality
-
-        def part(first: int, last: int) -> None:
-            at = slice(first, last)
-            follow(
-                samples[at], stamps[at], self._numbers, *self._counts,
-                self._state[at], angles[at], stds[at], quality[at],
-            )  # fmt: skip
-
-        in_threads(part, n_sensors, _TOGETHER)
-        return angles, stds, quality
+class _ClockedTracker(CompiledClocked):
+    kernel = staticmethod(follow)

@@ -94,6 +94,21 @@ def arrive(
 
 
 @compiled(**EXACT_INNER)
+def on_time(rows: Any, lane: int, samples: Any, b: int, k: int, limit: float) -> bool:
+    """Return whether a sample without time stamp is the next tick, as usual.
+
+    rows (S, W): state of sensors, that of the clock first. If so, `arrive` would leave the clock as
+    it is, unless no interval may be interpolated.
+    """
+    return bool(
+        rows[SEEN, lane] != 0.0
+        and rows[SINCE, lane] == 0.0
+        and rows[PAST, lane] == 0.0
+        and usable(samples[b, k], limit)
+    )
+
+
+@compiled(**EXACT_INNER)
 def interpolate(sample: Any, latest: Any, back: float, tick: Any) -> None:
     """Interpolate a tick that precedes the sample by a share of the time since the latest one."""
     for c in range(len(sample)):

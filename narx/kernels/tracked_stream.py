@@ -38,29 +38,22 @@ from narx.kernels.transfer import copy_row
 
 @compiled(**EXACT)
 def follow(
-    samples: Any,
-    stamps: Any,
-    numbers: Any,
-    lost_most: int,
-    n_hidden: int,
-    n_states: int,
-    n_rates: int,
-    state: Any,
-    angles: Any,
-    stds: Any,
-    quality: Any,
+    samples: Any, stamps: Any, numbers: Any, state: Any, angles: Any, stds: Any, quality: Any
 ) -> None:
     """Advance sensors over samples (B, N, C).
 
-    numbers: limit, interval and max_gap of `narx.kernels.clock.lay_out`, factors on the standard
-    deviations (3), then p and weights of `narx.kernels.tracker.track`. Changed in place: state
+    numbers: lost_most of `narx.kernels.clock.lay_out`, numbers of hidden neurons, states and past
+    rates, then limit, interval and max_gap of `lay_out`, factors on the standard deviations (3), p
+    and weights of `narx.kernels.tracker.track`. Changed in place: state
     (B, S), clock (4), latest sample (C), whether the network carried the angles (1), then estimate,
     covariance, scalars, rates (3, n_rates) and past angles. Filled: angles and stds (B, N, 3), NaN
     where a sample is missing; quality (B, N).
     """
     n_sensors, n_samples, n_columns = samples.shape
-    limit, interval, max_gap, std_scale = numbers[0], numbers[1], numbers[2], numbers[3:6]
-    p, weights = numbers[6 : 6 + PARAMETERS], numbers[6 + PARAMETERS :]
+    lost_most, n_hidden = int(numbers[0]), int(numbers[1])
+    n_states, n_rates = int(numbers[2]), int(numbers[3])
+    limit, interval, max_gap, std_scale = numbers[4], numbers[5], numbers[6], numbers[7:10]
+    p, weights = numbers[10 : 10 + PARAMETERS], numbers[10 + PARAMETERS :]
     work, moved, features, arguments = room(n_states, len(weights), n_hidden)
     tick = np.empty(n_columns)
     force = tick[3:]

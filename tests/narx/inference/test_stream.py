@@ -83,6 +83,26 @@ def test_sensors_in_step_are_each_alone(method, rates):
     assert one.quality.shape == (5,)
 
 
+def test_many_sensors_are_each_alone(method, rates):
+    n = 531
+    many = OrientationStream(method, RATE_HZ, n_sensors=n)
+    # each in its own phase of a start-up, of a gap, and of working side by side
+    samples = np.stack([np.roll(rates, 3 * k, axis=0)[:800] for k in range(n)])
+    samples[5, 100:700] = np.nan
+    blocks = [many.update_block(samples[:, :650])]
+    steps = [many.update(samples[:, k]) for k in range(650, 660)]
+    blocks.append(many.update_block(samples[:, 660:]))
+    angles = np.concatenate(
+        [blocks[0].angles_rad, np.stack([s.angles_rad for s in steps], 1), blocks[1].angles_rad], 1
+    )
+    for k in (0, 5, 6, 7, 8, 255, 256, 263, 264, 511, 528, 530):
+        alone = OrientationStream(method, RATE_HZ).update_block(samples[k])
+        np.testing.assert_array_equal(angles[k], alone.angles_rad)
+        np.testing.assert_array_equal(blocks[1].std_rad[k], alone.std_rad[660:])
+        np.testing.assert_array_equal(blocks[1].quality[k], alone.quality[660:])
+    assert (alone.quality == Quality.GOOD).any()
+
+
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))])
 def test_a_copy_is_independent(method, rates, copied):
     angles, _ = whole(method, rates, None)
