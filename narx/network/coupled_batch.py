@@ -7,10 +7,23 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from narx.kernels import loops
+from narx.kernels.sizes import VECTOR
 from narx.kernels.threads import in_threads
-from narx.network.kernel_arrays import EXACT, flat, in_groups, kernel_shape, lanes_for
+from narx.network.kernel_arrays import (
+    EXACT,
+    flat,
+    in_groups,
+    in_lanes,
+    kernel_shape,
+    lanes_for,
+    one_after_another,
+)
 from narx.network.structure import NarxStructure, Tanh
 from narx.types import FloatArray
+
+# sensitivities of one sample of eight sequences side by side take as long as those of this number
+# of samples of a sequence alone (measured with AVX-512)
+_SAMPLES_ALONE = 3.4
 
 
 @dataclass(frozen=True)
@@ -127,13 +140,19 @@ class CoupledBatch:
         """
         n_sequences, n_restarts = len(self.rates), len(weights)
         n_rows = weights.shape[1] // 4 * 4 + 4
-        lanes, groups, idle = in_groups(n_sequences, n_restarts)
+        lengths = wanted.lengths
+        if lengths is None:
+            lengths = np.full(n_sequences, self.rates.shape[1])
+        if n_restarts == 1 and _unequal(lengths):
+            lanes, groups, idle = one_after_another(n_sequences)
+        else:
+            lanes, groups, idle = in_groups(n_sequences, n_restarts)
         # separate sums for each group, so that results do not depend on the number of threads
         sums = np.zeros((len(groups), 3, n_rows, n_rows, 8))
 
         def part(first: int, last: int) -> None:
             for i in range(first, last):
-                self._sensitivities(weights, wanted, groups[i], sums[i], lanes)
+                self._sensitivities(weights, wanted, lengths, groups[i], sums[i], lanes)
 
         in_threads(part, len(groups), 1)
         sums[-1, ..., idle] = 0.0
@@ -146,16 +165,20 @@ class CoupledBatch:
         self,
         weights: FloatArray,
         wanted: Wanted,
+        lengths: NDArray[np.int64],
         groups: NDArray[np.int64],
         sums: FloatArray,
         lanes: tuple[int, ...],
     ) -> None:
-        n_sequences, n_samples = self.rates.shape[:2]
-        roots, lengths = wanted.roots, wanted.lengths
-        roots = np.ones(n_sequences) if roots is None else roots
-        lengths = np.full(n_sequences, n_samples) if lengths is None else lengths
+        roots = np.ones(len(self.rates)) if wanted.roots is None else wanted.roots
         loops.coupled_normal.coupled_sensitivities(
             weights, self.rates, wanted.targets, self.state, self.posture, self.scales, roots,
             lengths, groups, wanted.washout, wanted.n_axes, wanted.offset_free, wanted.given,
             sums, self.shape, lanes, self.exact,
         )  # fmt: skip
+
+
+def _unequal(lengths: NDArray[np.int64]) -> bool:
+    """Whether most lanes would wait for the longest sequence of their group."""
+    side_by_side = lengths[in_lanes(len(lengths), len(VECTOR))[0]].max(axis=1).sum()
+    return bool(lengths.sum() < _SAMPLES_ALONE * side_by_side)

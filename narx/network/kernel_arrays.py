@@ -253,17 +253,36 @@ def in_groups(n_sequences: int, n_starts: int) -> tuple[tuple[int, ...], NDArray
         Lanes without a sequence would make every sample of the group need a weight.
     """
     if n_starts == 1:
-        lanes = lanes_for(n_sequences)
-        sequences, idle = in_lanes(n_sequences, len(lanes))
+        if lanes_for(n_sequences) == SCALAR:
+            return one_after_another(n_sequences)
+        sequences, idle = in_lanes(n_sequences, len(VECTOR))
         alone = np.zeros_like(sequences)
-        groups = np.stack([sequences, alone], axis=-1)[:, None]
-        # a single lane has its sums in all eight
-        return lanes, groups, idle if lanes == VECTOR else slice(len(VECTOR), None)
+        return VECTOR, np.stack([sequences, alone], axis=-1)[:, None], idle
     starts, idle = in_lanes(n_starts, len(VECTOR))
     groups = np.empty((len(starts), n_sequences, len(VECTOR), 2), dtype=np.int64)
     groups[..., 0] = np.arange(n_sequences)[:, None]
     groups[..., 1] = starts[:, None]
     return VECTOR, groups, idle
+
+
+@lru_cache
+def one_after_another(n_sequences: int) -> tuple[tuple[int, ...], NDArray[np.int64], slice]:
+    """Arrange the sequences of one start in groups of a single lane, as `in_groups`.
+
+    Parameters
+    ----------
+    n_sequences : int
+        Number of sequences.
+
+    Returns
+    -------
+    lanes, groups, idle
+        As `in_groups`, with one group of all sequences.
+    """
+    groups = np.zeros((1, n_sequences, 1, 2), dtype=np.int64)
+    groups[0, :, 0, 0] = np.arange(n_sequences)
+    # a single lane has its sums in all eight
+    return SCALAR, groups, slice(len(VECTOR), None)
 
 
 def in_lanes(n: int, width: int) -> tuple[NDArray[np.int64], slice]:

@@ -117,7 +117,9 @@ class _GradientOptimizer:
         while len(run.ends) < len(starts):
             run.begin(starts[len(run.ends)])
             for number in range(run.stage, len(stages)):
-                run.end_stage(self._descend(stages[number], number, free, size, run))
+                end = self._descend(stages[number], number, free, size, run)
+                if not run.end_stage(end, model.structure):
+                    break
             run.end()
         ends = run.ends
         squares = chosen_by.products(np.array(ends))[:, -1, -1]

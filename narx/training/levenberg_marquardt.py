@@ -146,6 +146,7 @@ class LevenbergMarquardt:
             stages,
             starts,
             chosen_by,
+            model.structure,
             options,
             trainable=model.trainable.numpy(),
             low_enough=self.cost_deg2,
@@ -155,8 +156,6 @@ class LevenbergMarquardt:
         with torch.no_grad():
             model.weights.copy_(torch.from_numpy(result.weights))
         history = result.history(stages)
-        last = list(result.stages.values())[-1]
-        codes = [code for group in last for code in group.codes]
         errors_deg = result.errors * unit_deg2**0.5
         evaluations = sum(
             int((of_group.n_evaluations + 1).sum())
@@ -164,5 +163,5 @@ class LevenbergMarquardt:
             for of_group in groups
         )
         return FitReport(
-            str(codes[result.best]), len(history), history, evaluations, spread_report(errors_deg)
+            str(result.code), len(history), history, evaluations, spread_report(errors_deg)
         )

@@ -2,7 +2,8 @@
 
 Networks that fit equally well one step ahead may drift or diverge in closed loop. Therefore many
 starts are trained, first on the easy problem (one step ahead), then with growing horizons, then in
-closed loop, and the one with the lowest closed-loop error on held-out samples is chosen.
+closed loop, and the one with the lowest closed-loop error on held-out samples is chosen. Starts
+that have ended a stage in the same minimum are trained further as one.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -11,15 +12,17 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from narx.errors import UserError
 from narx.kernels.threads import in_threads
+from narx.network.structure import NarxStructure
 from narx.training.least_squares.problem import LeastSquaresProblem
 from narx.training.least_squares.solver import Options, Result, levenberg_marquardt
 from narx.training.least_squares.stopping import ResultCode
 from narx.training.progress import Progress
+from narx.training.same_minimum import first_alike
 from narx.training.stages import Stage
 from narx.types import FloatArray
 
@@ -47,6 +50,8 @@ class MultiStartResult:
         Weights of every start.
     stages : dict of str to list
         For each stage, by name, the results of the starts, in groups.
+    rows : ndarray of int, shape (stages, R)
+        Row of each start in the result of its group: the same for starts that were trained as one.
     """
 
     weights: FloatArray
@@ -55,6 +60,13 @@ class MultiStartResult:
     n_dropped: int
     all_weights: FloatArray
     stages: dict[str, list[Result]]
+    rows: NDArray[np.int64]
+
+    @property
+    def code(self) -> ResultCode:
+        """Reason for which the best start has stopped."""
+        last = list(self.stages.values())[-1][self.best // _TOGETHER]
+        return last.codes[self.rows[-1, self.best]]
 
     def history(self, stages: Sequence[Stage], start: int | None = None) -> list[dict[str, float]]:
         """List the iterations of a start through all stages.
@@ -73,10 +85,9 @@ class MultiStartResult:
             ``gradient`` of each iteration.
         """
         start = self.best if start is None else start
-        group, column = divmod(start, _TOGETHER)
         rows = []
         for number, (stage, results) in enumerate(zip(stages, self.stages.values(), strict=True)):
-            result = results[group]
+            result, column = results[start // _TOGETHER], self.rows[number, start]
             for i in range(result.n_evaluations[column] + 1):
                 rows.append(
                     {
@@ -113,6 +124,7 @@ class _Group:
         self._first, self._log, self._progress = first, log, progress
         kept = progress.of(self._name) or {"results": [], "running": None, "costs": []}
         self.results = [_result(one) for one in kept["results"]]
+        self.rows: list[NDArray[np.int64]] = []
         self._running = kept["running"]
         self._costs: list[tuple[FloatArray, float]] = []
         for cost, mean_square in kept["costs"]:
@@ -120,7 +132,7 @@ class _Group:
 
     @property
     def _name(self) -> str:
-        return f"starts from {self._first}"
+        return f"group from {self._first}"
 
     def _add(self, mean_square: float, cost: FloatArray) -> None:
         self._costs.append((cost, mean_square))
@@ -131,25 +143,35 @@ class _Group:
         self,
         stages: Sequence[Stage],
         weights: FloatArray,
+        structure: NarxStructure,
         options: Options,
         trainable: ArrayLike | None,
         low_enough: float,
-    ) -> FloatArray:
-        for stage in stages[len(self.results) :]:
-            start = self.results[-1].weights if self.results else weights
-            squares = low_enough / stage.mean_square
-            result = levenberg_marquardt(
-                stage.problem,
-                start,
-                replace(options, stopping=replace(options.stopping, squares=squares)),
-                trainable=trainable,
-                log=partial(self._add, stage.mean_square),
-                state=self._running,
-                keep=self._keep,
-            )
-            self._running = None
-            self.results.append(result)
-        return self.results[-1].weights
+    ) -> None:
+        rows = np.arange(len(weights))
+        for number, stage in enumerate(stages):
+            distinct, of_row = np.unique(first_alike(weights, structure), return_inverse=True)
+            rows = of_row[rows]
+            if number == len(self.results):
+                squares = low_enough / stage.mean_square
+                result = levenberg_marquardt(
+                    stage.problem,
+                    weights[distinct],
+                    replace(options, stopping=replace(options.stopping, squares=squares)),
+                    trainable=trainable,
+                    log=partial(self._add_distinct, stage.mean_square, rows),
+                    state=self._running,
+                    keep=self._keep,
+                )
+                self._running = None
+                self.results.append(result)
+            self.rows.append(rows)
+            weights = self.results[number].weights
+
+    def _add_distinct(self, mean_square: float, rows: NDArray[np.int64], cost: FloatArray) -> None:
+        of_starts = np.full(len(rows), np.nan)
+        of_starts[np.unique(rows, return_index=True)[1]] = cost
+        self._add(mean_square, of_starts)
 
     def _keep(self, running: Callable[[], dict[str, Any]]) -> None:
         self._progress.keep(
@@ -178,6 +200,7 @@ def multi_start(
     stages: Sequence[Stage],
     starts: ArrayLike,
     validation: LeastSquaresProblem,
+    structure: NarxStructure,
     options: Options | None = None,
     *,
     trainable: ArrayLike | None = None,
@@ -195,6 +218,8 @@ def multi_start(
         Weights to start from.
     validation : LeastSquaresProblem
         Closed-loop fit to held-out samples.
+    structure : NarxStructure
+        Sizes of the network.
     options : Options, optional
         Options of the solver; defaults if not given.
     trainable : array_like of bool, shape (P,), optional
@@ -203,7 +228,8 @@ def multi_start(
         A start ends a stage whose mean square (`Stage.mean_square`) is as low as this.
     log : callable, optional
         Called after each iteration of a group of starts, possibly from several threads, with the
-        number of its first start, the starts' costs, and the stage's factor to mean squares.
+        number of its first start, the starts' costs (NaN where a start has stopped, or is trained
+        as one with an earlier start), and the stage's factor to mean squares.
     progress : Progress, optional
         State of this training where it was cut off, kept from then on.
 
@@ -221,26 +247,30 @@ def multi_start(
     weights = np.atleast_2d(np.array(starts, dtype=np.float64))
     n_starts = len(weights)
     errors = np.full(n_starts, np.nan)
-    results: dict[str, list[Result]] = {stage.name: [] for stage in stages}
-    by_group: dict[int, list[Result]] = {}
+    groups: dict[int, _Group] = {}
 
     def train(first: int, last: int) -> None:
         for group in range(first, last, _TOGETHER):
-            rows = slice(group, min(group + _TOGETHER, last))
+            of_group = slice(group, min(group + _TOGETHER, last))
             one = _Group(group, log, Progress() if progress is None else progress)
-            weights[rows] = one.train(stages, weights[rows], options, trainable, low_enough)
-            by_group[group] = one.results
-            squares = validation.products(weights[rows])[:, -1, -1]
-            errors[rows] = np.sqrt(squares / max(validation.total_weight, 1e-300))
+            one.train(stages, weights[of_group], structure, options, trainable, low_enough)
+            groups[group] = one
+            ends, rows = one.results[-1].weights, one.rows[-1]
+            squares = validation.products(ends)[rows, -1, -1]
+            weights[of_group] = ends[rows]
+            errors[of_group] = np.sqrt(squares / max(validation.total_weight, 1e-300))
 
     in_threads(train, n_starts, _TOGETHER)
-    for group in sorted(by_group):
-        for name, result in zip(results, by_group[group], strict=True):
-            results[name].append(result)
+    in_order = [groups[number] for number in sorted(groups)]
+    results = {
+        stage.name: [group.results[number] for group in in_order]
+        for number, stage in enumerate(stages)
+    }
+    rows = np.concatenate([group.rows for group in in_order], axis=1)
     finite = np.isfinite(errors)
     if not finite.any():
         raise UserError(f"training: none of {n_starts} starts stayed finite in closed loop")
     best = int(np.argmin(np.where(finite, errors, np.inf)))
     return MultiStartResult(
-        weights[best].copy(), best, errors, int((~finite).sum()), weights, results
+        weights[best].copy(), best, errors, int((~finite).sum()), weights, results, rows
     )
