@@ -143,14 +143,17 @@ class _Group:
         self,
         stages: Sequence[Stage],
         weights: FloatArray,
-        structure: NarxStructure,
+        structure: NarxStructure | None,
         options: Options,
         trainable: ArrayLike | None,
         low_enough: float,
     ) -> None:
         rows = np.arange(len(weights))
         for number, stage in enumerate(stages):
-            distinct, of_row = np.unique(first_alike(weights, structure), return_inverse=True)
+            alike = np.arange(len(weights))
+            if structure is not None:
+                alike = first_alike(weights, structure)
+            distinct, of_row = np.unique(alike, return_inverse=True)
             rows = of_row[rows]
             if number == len(self.results):
                 squares = low_enough / stage.mean_square
@@ -200,9 +203,9 @@ def multi_start(
     stages: Sequence[Stage],
     starts: ArrayLike,
     validation: LeastSquaresProblem,
-    structure: NarxStructure,
     options: Options | None = None,
     *,
+    structure: NarxStructure | None = None,
     trainable: ArrayLike | None = None,
     low_enough: float = 0.0,
     log: Callable[[int, FloatArray, float], None] | None = None,
@@ -218,10 +221,11 @@ def multi_start(
         Weights to start from.
     validation : LeastSquaresProblem
         Closed-loop fit to held-out samples.
-    structure : NarxStructure
-        Sizes of the network.
     options : Options, optional
         Options of the solver; defaults if not given.
+    structure : NarxStructure, optional
+        Sizes of the network, with which starts in the same minimum are found; without it, every
+        start is trained by itself.
     trainable : array_like of bool, shape (P,), optional
         Weights that may change; by default all.
     low_enough : float

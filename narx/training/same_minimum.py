@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from narx.network.structure import NarxStructure
-from narx.types import FloatArray
+from narx.types import BoolArray, FloatArray
 
 # largest difference of two networks in the same minimum, relative to the largest weight of a kind:
 # a solver that ends where the cost changes by 1e-6 leaves weights uncertain by about the root
@@ -32,7 +32,7 @@ def first_alike(weights: FloatArray, structure: NarxStructure) -> NDArray[np.int
     """
     ordered = _in_order(weights, structure)
     first = np.arange(len(weights))
-    finite = np.isfinite(weights).all(axis=1)
+    finite: BoolArray = np.asarray(np.isfinite(weights).all(axis=1))
     for i in np.flatnonzero(finite):
         others = np.flatnonzero(finite[:i] & (first[:i] == np.arange(i)))
         size = np.abs(ordered[i]).max(axis=0)

@@ -42,7 +42,7 @@ def curriculum(n_samples=300, horizon=None):
 def test_the_best_by_held_back_samples_is_kept():
     stages, validation = curriculum(horizon=10)
     starts = random_starts(20, np.random.default_rng(0))
-    result = multi_start(stages, starts, validation, DEFAULT, SHORT)
+    result = multi_start(stages, starts, validation, SHORT)
     assert [stage.name for stage in stages] == ["open", "ahead", "closed"]
     assert validation.n_residuals == 100
     errors = np.sqrt(validation.products(result.all_weights)[:, -1, -1] / 100)
@@ -64,7 +64,7 @@ def test_the_same_seed_gives_the_same_weights_with_any_number_of_threads():
         for n in (1, 2, 3):
             torch.set_num_threads(n)
             starts = random_starts(35, np.random.default_rng(7))
-            results.append(multi_start(stages, starts, validation, DEFAULT, SHORT).all_weights)
+            results.append(multi_start(stages, starts, validation, SHORT).all_weights)
     finally:
         torch.set_num_threads(threads)
     np.testing.assert_array_equal(results[0], results[1])
@@ -76,11 +76,11 @@ def test_starts_that_diverge_are_dropped_and_counted():
     starts = random_starts(5, np.random.default_rng(0))
     starts[1] = np.nan
     starts[3] = np.inf
-    result = multi_start(stages, starts, validation, DEFAULT, SHORT)
+    result = multi_start(stages, starts, validation, SHORT)
     assert result.n_dropped == 2
     assert result.best not in (1, 3)
     with pytest.raises(UserError, match="none of 1 starts"):
-        multi_start(stages, starts[1:2], validation, DEFAULT, SHORT)
+        multi_start(stages, starts[1:2], validation, SHORT)
 
 
 def test_odd_networks_stay_odd():
@@ -89,7 +89,7 @@ def test_odd_networks_stay_odd():
     held = np.zeros(DEFAULT.n_weights, dtype=bool)
     held[DEFAULT.b1] = held[DEFAULT.b2] = True
     starts[:, held] = 0.0
-    result = multi_start(stages, starts, validation, DEFAULT, SHORT, trainable=~held)
+    result = multi_start(stages, starts, validation, SHORT, trainable=~held)
     assert not result.all_weights[:, held].any()
 
 
@@ -107,7 +107,6 @@ def test_every_iteration_is_logged_with_the_costs_of_all_starts():
         stages,
         starts,
         validation,
-        DEFAULT,
         SHORT,
         log=lambda first, cost, factor: told.append((first, 2 * cost * factor)),
     )
@@ -126,9 +125,14 @@ def test_starts_that_end_a_stage_in_the_same_minimum_are_trained_as_one():
     twice = np.concatenate([starts, starts[::-1]])
     told = []
     result = multi_start(
-        stages, twice, validation, DEFAULT, SHORT, log=lambda first, cost, factor: told.append(cost)
+        stages,
+        twice,
+        validation,
+        SHORT,
+        structure=DEFAULT,
+        log=lambda first, cost, factor: told.append(cost),
     )
-    apart = multi_start(stages, starts, validation, DEFAULT, SHORT)
+    apart = multi_start(stages, starts, validation, SHORT)
     np.testing.assert_allclose(result.errors, np.concatenate([apart.errors, apart.errors[::-1]]))
     assert all(len(cost) == 6 and np.isnan(cost[3:]).all() for cost in told)
     (of_last,) = result.stages["closed"]
