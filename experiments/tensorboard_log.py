@@ -73,6 +73,26 @@ class TensorBoardLog:
         for name, value in numbers.items():
             self._writer.add_scalar(f"training/{name}", value, number)
 
+    def best_start(self, network: Checkpoint) -> None:
+        """Show the training of the best start, and the largest pole that it ended with.
+
+        Parameters
+        ----------
+        network : Checkpoint
+            Trained network; its history has the numbers of each iteration: cost, gradient, and
+            damping if the optimiser has one. Whether the iteration lowered the cost is shown as
+            ``accepted``, 1 or 0.
+        """
+        history = network.history["report"]["history"]
+        for number, now in enumerate(history):
+            shown = {f"best_start/{name}": value for name, value in now.items()}
+            after = history[number + 1] if number + 1 < len(history) else None
+            if after is not None and after["stage"] == now["stage"]:
+                lower = after["cost_deg2"] < now["cost_deg2"]
+                shown["best_start/accepted"] = float(lower)
+            self.iteration(number, {n: value for n, value in shown.items() if np.isfinite(value)})
+        self.scalars({"largest_pole": network.history["stability"]["largest_pole"]})
+
     def configuration(self, cfg: DictConfig, fold: str) -> None:
         """Show the configuration and the fold as text.
 

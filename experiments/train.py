@@ -66,6 +66,7 @@ def _train(cfg: DictConfig) -> float | list[float]:
         summary = training_summary(fold.name, network, results, cfg.training.skip_s)
         _write(directory, cfg, network, results, pieces(evaluated), summary)
         log.weights(network)
+        log.best_start(network)
         log.scalars(metrics)
         metrics |= log.results(results)
         log.table_of_runs(chosen, metrics)

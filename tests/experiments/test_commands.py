@@ -47,6 +47,13 @@ def test_training_leaves_configuration_checkpoint_and_events(run_command):
     assert json.loads((directory / "environment.json").read_text())["seed"] == 3
     events = EventAccumulator(str(directory / "tensorboard")).Reload()
     assert {"training/restart_00/cost_deg2", "held_back_error_deg"} <= set(events.Tags()["scalars"])
+    history = json.loads((directory / "training.json").read_text())["report"]["history"]
+    for name in ("cost_deg2", "damping", "gradient"):
+        curve = [event.value for event in events.Scalars(f"training/best_start/{name}")]
+        finite = [row[name] for row in history if row[name] is not None]
+        assert curve == pytest.approx(finite, rel=1e-6)
+    assert {event.value for event in events.Scalars("training/best_start/accepted")} <= {0.0, 1.0}
+    assert 0.5 < events.Scalars("largest_pole")[-1].value < 1.0
     assert "training" in events.Tags()["images"]
     assert (directory / "figures" / "training.png").stat().st_size > 0
 
