@@ -102,7 +102,8 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     Raises
     ------
     UserError
-        If the folder is a file; or, after all others are done, if some recordings were refused.
+        If the folder is a file; or, after all others are done, if some recordings were refused or
+        lack a sensor.
     """
     if folder.exists() and not folder.is_dir():
         raise UserError(f"output: '{folder}' is a file, expected a folder for many recordings")
@@ -128,14 +129,21 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     table = pd.DataFrame([asdict(done[job.name]) for job in jobs])
     with atomic_path(folder / SUMMARY) as temporary:
         table.drop(columns="key").to_csv(temporary, index=False)
-    refused = table[table.status == "refused"]
+    refused, incomplete = (table[table.status == name] for name in ("refused", "incomplete"))
     print(f"{folder / SUMMARY}: {len(table) - len(refused)} of {len(table)} files with angles")
+    problems = []
     if len(refused):
-        first = refused.iloc[0]
-        raise UserError(
+        problems.append(
             f"{len(refused)} of {len(table)} files refused, all others are done; the first: "
-            f"{first.reason} ({folder / SUMMARY})"
+            f"{refused.reason.iloc[0]}"
         )
+    if len(incomplete):
+        problems.append(
+            f"{len(incomplete)} of {len(table)} recordings incomplete; the first: "
+            f"{incomplete.file.iloc[0]}: {incomplete.reason.iloc[0].split('; ')[0]}"
+        )
+    if problems:
+        raise UserError(f"{'; '.join(problems)} ({folder / SUMMARY})")
 
 
 def _finished(folder: Path) -> dict[str, Outcome]:

@@ -3,10 +3,12 @@
 import hashlib
 import json
 import os
+from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import pandas as pd
 from omegaconf import DictConfig, OmegaConf
 
 from narx.datasets.base import TrialSource
@@ -32,10 +34,10 @@ class Outcome:
     ----------
     file : str
         Input, relative to the common folder of all inputs; or source, subject, condition and trial.
-    status : {"done", "refused"}
-        Whether angles were computed.
+    status : {"done", "incomplete", "refused"}
+        Whether angles were computed; incomplete: without those of a missing sensor.
     reason : str
-        Reason for the refusal, or notes on the recording.
+        Reason for the refusal, what is missing, or notes on the recording.
     n_samples, n_angles : int
         Number of samples in the output, and of those with angles.
     key : str
@@ -83,7 +85,14 @@ class Job:
             notes, n_samples, n_angles = self._predicted()
         except UserError as error:
             return Outcome(self.name, "refused", str(error), 0, 0, self.key)
-        return Outcome(self.name, "done", "; ".join(notes), n_samples, n_angles, self.key)
+        lacking = self._lacking()
+        status = "incomplete" if lacking else "done"
+        reason = "; ".join([*lacking, *notes])
+        return Outcome(self.name, status, reason, n_samples, n_angles, self.key)
+
+    def _lacking(self) -> list[str]:
+        """What the recording lacks, for which some angles are missing."""
+        return []
 
     def _predicted(self) -> tuple[tuple[str, ...], int, int]:
         raise NotImplementedError
@@ -119,9 +128,15 @@ class TrialJob(Job):
         As of `Job`.
     trial : tuple of str
         Source, subject, condition, trial.
+    lacking : tuple of str
+        Segments without a sensor in this trial, but with one in most trials of the source.
     """
 
     trial: tuple[str, str, str, str]
+    lacking: tuple[str, ...] = ()
+
+    def _lacking(self) -> list[str]:
+        return [f"no sensor '{segment}', which most trials have" for segment in self.lacking]
 
     def _predicted(self) -> tuple[tuple[str, ...], int, int]:
         source, *names = self.trial
@@ -196,13 +211,30 @@ def trial_jobs(cfg: DictConfig, folder: Path) -> list[Job]:
     digests = data_sha256(cfg)
     options = _options(cfg)
     jobs: list[Job] = []
-    for row in combined_index(sources).itertuples(index=False):
+    index = combined_index(sources)
+    lacking = _lacking_segments(index)
+    for position, row in enumerate(index.itertuples(index=False)):
         names = str(row.source), str(row.subject), str(row.condition), str(row.trial)
         path = Path(*(safe_name(part) for part in names[:-1]), f"{safe_name(names[-1])}_angles")
         target = folder / path.with_suffix(f".{cfg.format}")
-        key = _key(f"{digests.get(names[0])}{names}", options)
-        jobs.append(TrialJob(cfg, "/".join(names), target, key, names))
+        key = _key(f"{digests.get(names[0])}{names}{lacking[position]}", options)
+        jobs.append(TrialJob(cfg, "/".join(names), target, key, names, lacking[position]))
     return jobs
+
+
+def _lacking_segments(index: pd.DataFrame) -> list[tuple[str, ...]]:
+    """Segments that each trial lacks and more than half of the trials of its source have."""
+    if "segments" not in index:
+        return [()] * len(index)
+    own = [set(str(segments).split(", ")) for segments in index.segments.fillna("")]
+    usual: dict[str, list[str]] = {}
+    for source, group in index.groupby("source"):
+        count = Counter(segment for k in group.index for segment in own[k] if segment)
+        usual[str(source)] = sorted(s for s, times in count.items() if 2 * times > len(group))
+    return [
+        tuple(s for s in usual[str(source)] if s not in segments)
+        for source, segments in zip(index.source, own, strict=True)
+    ]
 
 
 def key_of(state: str, cfg: DictConfig) -> str:

@@ -69,7 +69,7 @@ class TrackingSystem:
         key = "SamplingFrequency"
         # measured where it is a number; some write "n/a", or the number as text
         effective = metadata.get("SamplingFrequencyEffective")
-        if re.fullmatch(r"[\d.]+", str(effective)):
+        if re.fullmatch(r"\s*\d*\.?\d+\.?(e[+-]?\d+)?\s*", str(effective), re.IGNORECASE):
             key = "SamplingFrequencyEffective"
         if key not in metadata:
             raise RecordingError(f"{file}: no number '{key}'")

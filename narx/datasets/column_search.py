@@ -4,11 +4,14 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 from narx.datasets.layout import AXES, CALENDAR, PACKETS, Columns
 from narx.datasets.units import Quantity, factor_to_si, unit_names
 from narx.errors import RecordingError, UserError
 
+# a row of units may show the form of dates, such as yyyy/mm/dd hh:mm:ss.000
+_DATE_FORMAT = re.compile(r"(y{2,4}|d{1,2}|m{1,2}|h{1,2})[-/.: ](y|d|m)", re.IGNORECASE)
 _OTHER_NAMES = (
     "other names are given as columns={time: {names: T, unit: s}, gyroscope: {names: [WX, WY, WZ], "
     "unit: deg/s}, accelerometer: {names: [AX, AY, AZ], unit: g}}"
@@ -167,18 +170,24 @@ def require(
 def _matches(columns: Columns, axis: str, names: Sequence[str]) -> list[tuple[int, str]]:
     """Columns with the name of an axis, and the unit in that name."""
     if isinstance(columns.names, str):
-        pattern = re.escape(columns.names).replace(r"\{axis\}", re.escape(axis))
-        pattern = pattern.replace(r"\{unit\}", "(?P<unit>.+?)").replace(r"\{any\}", ".*")
+        pattern = _pattern(columns.names, axis)
     else:
         listed = list(columns.names)
         if axis and len(listed) != len(AXES):
             raise UserError(f"columns are {listed}, expected three names, for x, y and z")
-        pattern = re.escape(listed[AXES.index(axis) if axis else 0])
+        pattern = re.compile(re.escape(listed[AXES.index(axis) if axis else 0]), re.IGNORECASE)
     found = []
     for index, name in enumerate(names):
-        if match := re.fullmatch(pattern, name.strip(), re.IGNORECASE):
+        if match := pattern.fullmatch(name.strip()):
             found.append((index, match.groupdict().get("unit") or ""))
     return found
+
+
+@cache
+def _pattern(names: str, axis: str) -> re.Pattern[str]:
+    pattern = re.escape(names).replace(r"\{axis\}", re.escape(axis))
+    pattern = pattern.replace(r"\{unit\}", "(?P<unit>.+?)").replace(r"\{any\}", ".*")
+    return re.compile(pattern, re.IGNORECASE)
 
 
 def _spelled(columns: Columns, axis: str, unit: str) -> str:
@@ -204,7 +213,8 @@ def _factor(
     """Determine the unit from the name, the description and the units row."""
     below = {units[index].strip() for index in indices} - {"", "-"} if units else set()
     own = in_name or columns.unit or ""
-    given = {"" if own == CALENDAR and below else own, *below} - {""}
+    replaced = own == CALENDAR or any(map(_DATE_FORMAT.match, below))
+    given = {"" if replaced and below else own, *below} - {""}
     factors = {unit: _factor_of(quantity, unit) for unit in given}
     unknown = [unit for unit, factor in factors.items() if factor is None]
     first = names[indices[0]]
@@ -224,7 +234,7 @@ def _factor(
 def _factor_of(quantity: Quantity, unit: str) -> float | None:
     if quantity == "time" and unit == PACKETS:
         return 1.0
-    if quantity == "time" and unit == CALENDAR:
+    if quantity == "time" and (unit == CALENDAR or _DATE_FORMAT.match(unit)):
         return math.nan
     return factor_to_si(quantity, unit)
 

@@ -134,7 +134,7 @@ def _own(name: str, *others: str) -> tuple[Columns, ...]:
 
 
 def _spaced(*names: str) -> tuple[str, ...]:
-    return tuple(name + between + "{axis}" for name in names for between in ("_", " ", ""))
+    return tuple(name + between + "{axis}" for name in names for between in ("_", " ", "-", ""))
 
 
 OWN = Layout(
@@ -144,6 +144,6 @@ OWN = Layout(
         *(columns for columns in _own("timestamp") if "{unit}" in columns.names),
         *(Columns(name, unit=CALENDAR) for name in _TIMES),
     ),
-    _own("gyroscope_{axis}", "gyroscope {axis}", *_spaced("gyro", "gyr")),
-    _own("accelerometer_{axis}", "accelerometer {axis}", *_spaced("accel", "acc")),
+    _own("gyroscope_{axis}", "gyroscope {axis}", *_spaced("gyro", "gyr"), "g{axis}", "w{axis}"),
+    _own("accelerometer_{axis}", "accelerometer {axis}", *_spaced("accel", "acc"), "a{axis}"),
 )

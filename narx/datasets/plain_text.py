@@ -4,6 +4,7 @@ import io
 import re
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pyarrow
 import pyarrow.csv
@@ -14,7 +15,6 @@ from narx.recordings.input_file import check_memory
 # all that a number or a missing value is written with; anything else is for the dialect's detection
 _NUMBERS = b"0123456789+-.eE,\r\nnaNA"
 _MISSING = ["", "nan", "NaN", "NA", "NAN"]
-_NUMERIC = ("int64", "double", "null")
 # of text: itself, without its header, and as columns twice
 _MEMORY_PER_BYTE = 4
 _HEADER = re.compile(rb"[A-Za-z][\w/^()\[\] .-]*(?:,[A-Za-z][\w/^()\[\] .-]*)+")
@@ -56,18 +56,15 @@ def plain_table(path: Path, content: bytes) -> ArrayTable | None:
             pyarrow.csv.ReadOptions(
                 column_names=[str(k) for k in range(len(names))], use_threads=False
             ),
-            convert_options=pyarrow.csv.ConvertOptions(null_values=_MISSING),
+            convert_options=pyarrow.csv.ConvertOptions(
+                null_values=_MISSING,
+                column_types={str(k): pyarrow.float64() for k in range(len(names))},
+            ),
         )
     except pyarrow.ArrowInvalid:
         return None
-    if any(str(column.type) not in _NUMERIC for column in table.columns):
+    # missing values become NaN; too large for a float: refused with its line by the other reader
+    columns = [column.to_numpy() for column in table.columns]
+    if any(np.isinf(column).any() for column in columns) or not table.num_rows:
         return None
-    # too large for a float: refused with its line by the other reader
-    columns = [column.to_pandas().astype("float64") for column in table.columns]
-    if any(column.abs().max() == float("inf") for column in columns) or not table.num_rows:
-        return None
-
-    def read(column: int) -> pd.Series:
-        return columns[column]
-
-    return ArrayTable(path, names, read)
+    return ArrayTable(path, names, lambda column: pd.Series(columns[column], copy=False))

@@ -8,6 +8,7 @@ import csv
 import re
 from collections import Counter
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ _MISSING = frozenset(
      "missing", "#value!", "#num!", "n.a.", "---", "----", "*", "''", "k.a.", "void", "invalid",
      "#div/0!", "#ref!", "<null>", "n.d.", "nd", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind")
 )  # fmt: skip
+# of a signal, in a row below the names
+_STAGES = frozenset(("CAL", "RAW", "UNCAL"))
 _NUMBER = re.compile(r"[+-]?(\d+([., '\u00a0\u202f]\d+)*[.,]?|[.,]\d+)([eE][+-]?\d+)?")
 _WHOLE_QUOTED = re.compile(r'\s*"[^"]*[,;\t|][^"]*"\s*')
 _GROUPED = {
@@ -204,6 +207,7 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
         notes.append(f"line {lines[end][0]} and the following left out, since they are not data")
     rows, lines = rows[:end], lines[:end]
     line_numbers = [number for number, _ in lines[begin:]]
+    above = lines[:begin]
     if not line_numbers:
         raise RecordingError(f"{path}: no data lines, expected numbers")
     header, units = _header(path, rows[:begin], comments, width, separator)
@@ -223,7 +227,7 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
         line_numbers,
         decimal,
         text.endswith(("\n", "\r")),
-        tuple(line.strip() for number, line in comments if number < line_numbers[0]),
+        tuple(line.strip() for number, line in (*comments, *above) if number < line_numbers[0]),
         tuple([f"read as text: {', '.join(notes)}"] if notes else []),
     )
 
@@ -292,6 +296,10 @@ def _header(
     if len(fitting) > 1 and _are_units(fitting[-1]):
         units = tuple(cell.strip() for cell in fitting[-1])
         fitting = fitting[:-1]
+    if len(fitting) > 1 and {cell.strip() for cell in fitting[-1]} - {""} <= _STAGES:
+        # calibrated and raw columns of the same name
+        stages = fitting.pop()
+        fitting[-1] = ["_".join(filter(None, pair)) for pair in zip_longest(fitting[-1], stages)]
     if not fitting:
         # numpy and Matlab put the header behind a comment sign
         bare = [line.lstrip("#%/ \t") for _, line in comments]
@@ -354,9 +362,16 @@ def _decimal(rows: list[list[str]], path: Path) -> str:
             for cell in row
             if "," in cell and _is_number(cell)
         )
-        if not grouped_commas:
+        if grouped_commas:
+            return "."
+        grouped_points = all(
+            _GROUPED[","].fullmatch(cell.strip())
+            for row in rows
+            for cell in row
+            if "." in cell and _is_number(cell)
+        )
+        if not grouped_points:
             raise RecordingError(f"{path}: numbers with decimal points and with decimal commas")
-        return "."
     return "," if commas else "."
 
 

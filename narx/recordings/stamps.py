@@ -142,6 +142,9 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     notes: list[str] = []
     if len(rows) < 2:
         return SamplingTimes(time_s, rows)
+    if _is_regular(time_s):
+        _check_rate(time_s, where)
+        return SamplingTimes(time_s, rows)
     time_s, period_s = _continued(time_s)
     if period_s:
         notes.append(f"time begins again after {period_s:.10g} s, continued from there")

@@ -102,3 +102,25 @@ def test_a_broken_trial_does_not_stop_the_others(run_command, recordings):
     assert "anna/walk1_thigh_right.csv: no column" in err
     assert "1 of 2 files with angles" in out
     assert (recordings / "angles/study/bert/walk/walk1_angles.csv").exists()
+
+
+def test_a_trial_without_one_of_the_sensors_is_reported(run_command, recordings):
+    for markers in recordings.rglob("*_markers.csv"):
+        markers.unlink()
+    for number in (2, 3):
+        for segment in ("thigh_right", "shank_right"):
+            first = recordings / "recordings" / "anna" / f"walk1_{segment}.csv"
+            first.with_name(f"walk{number}_{segment}.csv").write_bytes(first.read_bytes())
+    assert run_command("draft_study", "input=recordings")[0] == 0
+    (recordings / "recordings" / "anna" / "walk3_shank_right.csv").unlink()
+    command = ["predict", "data=study", "data_root=recordings", "output=angles"]
+    for repeated in (False, True):
+        status, out, err, _ = run_command(*command)
+        assert status == 2
+        assert ("4 of 4 files finished before" in out) == repeated
+        expected = "anna/walk/walk3: no sensor 'shank_right', which most trials have"
+        assert f"1 of 4 recordings incomplete; the first: study/{expected}" in err
+    summary = pd.read_csv("angles/summary.csv").set_index("file").status
+    assert summary["study/anna/walk/walk3"] == "incomplete"
+    assert (summary.drop("study/anna/walk/walk3") == "done").all()
+    assert (recordings / "angles/study/anna/walk/walk3_angles.csv").exists()

@@ -62,20 +62,71 @@ def _phyphox(walk, text_of):
     return text_of({f'"{name}"': values for name, values in columns.items()}, ";")
 
 
+def _multi_shimmer_sync(walk, text_of):
+    columns = _table(walk, ("Timestamp", 1e3 * walk.time_s), _names("Gyroscope {}", "XYZ"),
+                     _names("Low Noise Accelerometer {}", "XYZ"), (np.pi / 180, 1.0),
+                     ["Battery"])  # fmt: skip
+    header, *lines = text_of(columns, "\t").splitlines()
+    rows = [["Shimmer_8C3F"] * 8, header.split("\t"), ["CAL", "RAW", *["CAL"] * 6],
+            ["mSecs", "no units", *["deg/sec*"] * 3, *["m/(sec^2)*"] * 3]]  # fmt: skip
+    return "\n".join(["\t".join(row) for row in rows] + lines) + "\n"
+
+
+def _actigraph(walk, text_of):
+    begin = pd.Timestamp("2021-05-05T10:00:00")
+    stamps = [(begin + pd.Timedelta(seconds=t)).isoformat() for t in walk.time_s.round(6)]
+    columns = _table(walk, ("Timestamp", np.zeros(len(walk.time_s))),
+                     _names("Gyroscope {}", "XYZ"), _names("Accelerometer {}", "XYZ"),
+                     (np.pi / 180, G), ["Temperature"])  # fmt: skip
+    header, *lines = text_of(columns).splitlines()
+    body = [f"{t},{line.split(',', 1)[1]}" for t, line in zip(stamps, lines, strict=True)]
+    above = "--- Data Table File Created By ActiGraph GT9X Link at 60 Hz ---\nSerial Number: T1\n"
+    return above + "\n".join([header, *body]) + "\n"
+
+
+def _androsensor(walk, text_of):
+    return text_of(
+        _table(walk, ("Time since start in ms", 1e3 * walk.time_s),
+               _names("GYROSCOPE {} (rad/s)", "XYZ"),
+               _names("ACCELEROMETER {} (m/s\u00b2)", "XYZ")),
+        ";",
+    )  # fmt: skip
+
+
+def _physics_toolbox(walk, text_of):
+    return text_of(_table(walk, ("time", walk.time_s), _names("w{}"), _names("gF{}"), (1.0, G)))
+
+
+def _sensorlog(walk, text_of):
+    columns = _table(walk, ("motionTimestamp_sinceReboot(s)", walk.time_s),
+                     _names("motionRotationRate{}(rad/s)", "XYZ"),
+                     _names("accelerometerAcceleration{}(G)", "XYZ"), (1.0, -G))  # fmt: skip
+    return text_of(columns)
+
+
+def _witmotion(walk, text_of):
+    columns = _table(walk, ("Time(s)", walk.time_s), _names("w{}(deg/s)"), _names("a{}(g)"),
+                     (np.pi / 180, G), ["AngleX(deg)"])  # fmt: skip
+    return "StartTime: 2021-05-05 10:00:00\n" + text_of(columns, "\t")
+
+
 DEVICES = {"movella_dot": _movella_dot, "xsens_mtw": _mtw, "shimmer": _shimmer,
-           "phyphox": _phyphox}  # fmt: skip
+           "phyphox": _phyphox, "actigraph": _actigraph, "androsensor": _androsensor,
+           "physics_toolbox": _physics_toolbox, "sensorlog": _sensorlog,
+           "witmotion": _witmotion}  # fmt: skip
+FORMS = {**DEVICES, "shimmer of MultiShimmerSync": _multi_shimmer_sync}
 
 
-@pytest.mark.parametrize("device", DEVICES)
-def test_one_table_with_both_sensors(tmp_path, walk, text_of, device):
+@pytest.mark.parametrize("form", FORMS)
+def test_one_table_with_both_sensors(tmp_path, walk, text_of, form):
     path = tmp_path / "export.csv"
-    path.write_text(DEVICES[device](walk, text_of))
+    path.write_text(FORMS[form](walk, text_of))
     recording = read_recording(path)
-    assert f"columns as of {device}" in recording.notes
+    assert f"columns as of {form.split()[0]}" in recording.notes
     time = recording.time_s - recording.time_s[0]
     np.testing.assert_allclose(time, walk.time_s, atol=1e-3)
     np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-5)
-    np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-5)
+    np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-4)
 
 
 @pytest.mark.parametrize("packed", [True, False])
@@ -224,3 +275,56 @@ def test_sensor_logger_on_ios_has_the_opposite_sign(tmp_path, walk, text_of, abo
     )
     changed = "accelerometer's sign changed, according to Metadata.csv" in recording.notes
     assert changed == (sign < 0)
+
+
+@pytest.mark.parametrize(
+    ("time", "pattern", "device"),
+    [
+        ("elapsed (s)", "{}-axis (deg/s)", "metawear"),
+        ("sensor timestamp [ns]", "{} [dps]", "polar"),
+    ],
+)
+def test_a_file_of_the_gyroscope_alone(tmp_path, walk, text_of, time, pattern, device):
+    scale = 1e9 if "ns" in time else 1.0
+    columns = {time: np.round(scale * walk.time_s, 6)}
+    rates = np.degrees(walk.gyroscope_rad_s.T)
+    columns |= dict(zip(_names(pattern), rates, strict=True))
+    path = tmp_path / "export.csv"
+    path.write_text(text_of(columns))
+    recording = read_recording(path)
+    assert f"columns as of {device}" in recording.notes
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-5)
+    assert np.isnan(recording.accelerometer_m_s2).all()
+
+
+def test_the_rate_of_mt_manager_in_either_comment(tmp_path, walk, text_of):
+    """SampleTimeFine counts steps of 0.1 ms there, but microseconds in files of an Xsens DOT."""
+    path = tmp_path / "MT_01.txt"
+    path.write_text(_mtw(walk, text_of).replace("Update Rate", "Sample rate"))
+    assert read_recording(path).sampling_rate_hz == pytest.approx(60.0)
+
+
+def test_names_of_axes_with_their_units(tmp_path, walk, text_of):
+    for number, (time, gyroscope, accelerometer) in enumerate([
+        ("time_s", "g{}_deg/s", "a{}_m/s/s"), ("Time (s)", "Gyro-{} (d/s)", "Accel-{} (m/s^2)"),
+    ]):  # fmt: skip
+        path = tmp_path / f"{number}.csv"
+        path.write_text(text_of(_table(walk, (time, walk.time_s), _names(gyroscope),
+                                       _names(accelerometer), (np.pi / 180, 1.0))))  # fmt: skip
+        recording = read_recording(path)
+        np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-5)
+        np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-5)
+
+
+def test_a_row_of_units_with_the_form_of_dates(tmp_path, walk):
+    begin = pd.Timestamp("2021-05-05T10:00:00")
+    lines = ["S_Timestamp_Unix_CAL,S_Gyro_X_CAL,S_Gyro_Y_CAL,S_Gyro_Z_CAL",
+             "yyyy/mm/dd hh:mm:ss.000,deg/s,deg/s,deg/s"]  # fmt: skip
+    for t, rates in zip(walk.time_s, np.degrees(walk.gyroscope_rad_s), strict=True):
+        stamp = (begin + pd.Timedelta(seconds=round(t, 6))).strftime("%Y/%m/%d %H:%M:%S.%f")
+        lines.append(",".join([stamp, *(f"{rate:.6f}" for rate in rates)]))
+    path = tmp_path / "export.csv"
+    path.write_text("\n".join(lines) + "\n")
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-5)
+    np.testing.assert_allclose(recording.gyroscope_rad_s, walk.gyroscope_rad_s, atol=1e-5)

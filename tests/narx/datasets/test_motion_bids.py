@@ -308,7 +308,7 @@ def test_a_damaged_system_without_gyroscope_does_not_prevent_reading(folder, dam
     assert sum(note.startswith("not read: ") and "mocap" in note for note in trial.notes) == 1
 
 
-@pytest.mark.parametrize("as_written", [float, str])
+@pytest.mark.parametrize("as_written", [float, str, "{:e}".format])
 def test_the_effective_rate_is_the_rate(folder, as_written):
     sidecar = next(folder.rglob("*imu*motion.json"))
     sidecar.write_text(

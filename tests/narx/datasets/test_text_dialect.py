@@ -314,3 +314,17 @@ def test_compressed_text(tmp_path, walk, text_of, monkeypatch):
     monkeypatch.setenv("NARX_MAX_MEMORY_MIB", "2")
     with pytest.raises(RecordingError, match="MiB"):
         read_recording(path)
+
+
+def test_groups_of_thousands_in_points_beside_decimal_commas(tmp_path):
+    path = tmp_path / "walk.csv"
+    path.write_text("time_us;gyroscope_x_rad_s\n1.234.567;0,1234\n1.254.567;-0,25\n20.000;1,5\n")
+    table = read_table(path)
+    np.testing.assert_array_equal(table.numbers(0), [1234567.0, 1254567.0, 20000.0])
+    np.testing.assert_array_equal(table.numbers(1), [0.1234, -0.25, 1.5])
+
+
+def test_metadata_above_the_header_are_comments(tmp_path):
+    path = tmp_path / "walk.csv"
+    path.write_text("Serial Number: T1\ntime_s,gyroscope_x_rad_s\n0.0,1.0\n0.1,2.0\n")
+    assert "Serial Number: T1" in read_table(path).comments
