@@ -31,7 +31,7 @@ _MISSING = frozenset(
      "missing", "#value!", "#num!", "n.a.", "---", "----", "*", "''", "k.a.", "void", "invalid",
      "#div/0!", "#ref!", "<null>", "n.d.", "nd", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind")
 )  # fmt: skip
-# of a signal, in a row below the names
+# calibrated and raw signals of the same name, in a row below it
 _STAGES = frozenset(("CAL", "RAW", "UNCAL"))
 _NUMBER = re.compile(r"[+-]?(\d+([., '\u00a0\u202f]\d+)*[.,]?|[.,]\d+)([eE][+-]?\d+)?")
 _WHOLE_QUOTED = re.compile(r'\s*"[^"]*[,;\t|][^"]*"\s*')
@@ -297,7 +297,6 @@ def _header(
         units = tuple(cell.strip() for cell in fitting[-1])
         fitting = fitting[:-1]
     if len(fitting) > 1 and {cell.strip() for cell in fitting[-1]} - {""} <= _STAGES:
-        # calibrated and raw columns of the same name
         stages = fitting.pop()
         fitting[-1] = ["_".join(filter(None, pair)) for pair in zip_longest(fitting[-1], stages)]
     if not fitting:

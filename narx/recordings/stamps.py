@@ -142,7 +142,7 @@ def sampling_times(time_s: FloatArray, values: FloatArray, where: str) -> Sampli
     notes: list[str] = []
     if len(rows) < 2:
         return SamplingTimes(time_s, rows)
-    if _is_regular(time_s):
+    if (np.diff(time_s) < _PAUSE_S).all() and _is_regular(time_s):
         _check_rate(time_s, where)
         return SamplingTimes(time_s, rows)
     time_s, period_s = _continued(time_s)
