@@ -1,6 +1,5 @@
 """Simulated walking with known ground truth: the built-in data set, which needs no download."""
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Annotated, ClassVar, Literal
@@ -16,12 +15,13 @@ from narx.kinematics.rotations import compose
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
 from narx.settings import Count, Names, PositiveSeconds, SamplingRate, Seed, checked
 from narx.settings.values import LONGEST_S
-from narx.simulation.body import TABLE_1, Body, body_of
+from narx.simulation.body import TABLE_1, Body, body_of, subjects_of
 from narx.simulation.calculus import EDGE
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
 from narx.simulation.gait_timing import GaitTiming, overground_timing, treadmill_timing
 from narx.simulation.inertial import angular_rate, specific_force
 from narx.simulation.markers import track
+from narx.simulation.pauses import Pauses
 from narx.simulation.random_numbers import stream
 from narx.simulation.sensor import measure, sensor_model
 from narx.simulation.session import ErrorSource, Session, draw_session, leave_out
@@ -69,6 +69,10 @@ class SimulatedGait(TrialSource):
         Repetitions; None is 1 on the treadmill and 3 over ground.
     treadmill_duration_s : float, optional
         Length of a treadmill trial, including standing.
+    pauses_s : tuple of tuple of (float, float), optional
+        Pauses on the treadmill, s, from the last full step to the next one.
+    sits : bool, optional
+        Sit down in the pauses instead of standing.
     stand_s : tuple of (float, float), optional
         Shortest and longest standing before and after walking over ground.
     steps : tuple of (int, int), optional
@@ -110,6 +114,8 @@ class SimulatedGait(TrialSource):
         conditions: Names | None = None,
         trials_per_condition: Count | None = None,
         treadmill_duration_s: TreadmillDuration = 300.0,
+        pauses_s: tuple[tuple[float, float], ...] = (),
+        sits: bool = False,
         stand_s: tuple[PositiveSeconds, PositiveSeconds] = (3.0, 5.0),
         steps: tuple[Count, Count] = (3, 5),
         sampling_rate_hz: SamplingRate = 500.0,
@@ -120,7 +126,7 @@ class SimulatedGait(TrialSource):
         without: tuple[ErrorSource, ...] = (),
         seed: Seed = 0,
     ) -> None:
-        subjects = _drawn(subjects)
+        subjects = subjects_of(subjects)
         self.seed = seed
         self.protocol, on_treadmill = protocol, protocol == "treadmill"
         self._speeds_km_h = SPEEDS_KM_H if on_treadmill else OVERGROUND_SPEED_KM_H
@@ -139,6 +145,9 @@ class SimulatedGait(TrialSource):
                 )
         self.trials_per_condition = trials_per_condition
         self.treadmill_duration_s = treadmill_duration_s
+        self._pauses = Pauses(pauses_s, sits)
+        walks_s = TREADMILL_STAND_S + TREADMILL_RISE_S
+        self._pauses.check(walks_s, treadmill_duration_s if on_treadmill else 0.0)
         self.stand_s, self.steps = stand_s, steps
         self.sampling_rate_hz = sampling_rate_hz
         self.ideal = ideal
@@ -267,7 +276,9 @@ class SimulatedGait(TrialSource):
             timing = treadmill_timing(
                 rng, *feet, TREADMILL_STAND_S, TREADMILL_RISE_S, length_s, VARIATION_CHANNELS
             )
-            return timing, length_s
+            pauses = self._pauses
+            events = {name: pauses.without(times) for name, times in timing.events.items()}
+            return replace(timing, pauses=pauses, events=events), length_s
         before, after = rng.uniform(*self.stand_s, size=2)
         n_steps = int(rng.integers(self.steps[0], self.steps[1] + 1))
         timing = overground_timing(rng, *feet, before, n_steps, after, VARIATION_CHANNELS)
@@ -380,15 +391,6 @@ class SimulatedGait(TrialSource):
             # cached for one subject at a time, as trials are ordered by subject
             self._calibrations = {subject: parts}
         return self._calibrations[subject]
-
-
-def _drawn(subjects: Iterable[str]) -> tuple[str, ...]:
-    """Write ``drawn30`` out as V1 ... V30."""
-    names: list[str] = []
-    for subject in subjects:
-        many = re.fullmatch(r"drawn([1-9][0-9]{0,3})", subject)
-        names += [f"V{k + 1}" for k in range(int(many[1]))] if many else [subject]
-    return tuple(dict.fromkeys(names))
 
 
 def _check_names(what: str, names: Iterable[str], known: Iterable[str]) -> None:

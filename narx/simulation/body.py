@@ -1,6 +1,7 @@
 """Bodies of the walkers: the subjects of Tham et al. (2020), Table 1, and randomly drawn ones."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from narx.errors import UserError
@@ -66,6 +67,26 @@ TABLE_1 = {
     "S4": Body(1.79, 75.0),
     "S5": Body(1.59, 55.0),
 }
+
+
+def subjects_of(names: Iterable[str]) -> tuple[str, ...]:
+    """Write ``drawn30`` out as V1 ... V30.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Subjects, and ``drawn<number>``.
+
+    Returns
+    -------
+    tuple of str
+        Each subject once.
+    """
+    subjects: list[str] = []
+    for name in names:
+        many = re.fullmatch(r"drawn([1-9][0-9]{0,3})", name)
+        subjects += [f"V{k + 1}" for k in range(int(many[1]))] if many else [name]
+    return tuple(dict.fromkeys(subjects))
 
 
 def body_of(subject: str, seed: int) -> Body:

@@ -4,12 +4,13 @@ The phase of the right leg grows by one per stride and is an integer at right he
 of the movement goes from 0 in standing to 1 in steady walking.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from narx.simulation.calculus import smooth_step
+from narx.simulation.pauses import Pauses
 from narx.simulation.random_numbers import persistent_noise
 from narx.types import FloatArray
 
@@ -41,6 +42,8 @@ class GaitTiming:
         ``toe_off_left``, s.
     strides : scipy.interpolate.BSpline
         Stride-to-stride variation as a function of phase, unit variance, one column per channel.
+    pauses : Pauses
+        Pauses of the walk, in which the phase goes on but nothing moves.
     """
 
     phase_of_time: BSpline
@@ -50,6 +53,7 @@ class GaitTiming:
     fall_s: float
     events: dict[str, FloatArray]
     strides: BSpline
+    pauses: Pauses = field(default_factory=Pauses)
 
     def size(self, time_s: FloatArray) -> FloatArray:
         """Size of the movement.
@@ -65,7 +69,8 @@ class GaitTiming:
             0 in standing, 1 in steady walking.
         """
         rise = smooth_step((time_s - self.start_s) / self.rise_s)
-        return rise * smooth_step((self.end_s - time_s) / self.fall_s)
+        size = rise * smooth_step((self.end_s - time_s) / self.fall_s)
+        return size * self.pauses.walking(time_s)
 
     def variation(self, phase: FloatArray, channels: slice) -> FloatArray:
         """Stride-to-stride variation.

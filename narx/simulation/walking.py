@@ -99,6 +99,8 @@ def walk(
         angles += mean + np.radians(OFFSET_SD_DEG) * variation[:, 3:]
         angles *= size[:, None]
         angles += sway[joint]
+    for joint in ("hip_right", "knee_right", "hip_left", "knee_left"):
+        joint_angles[joint][:, 0] += timing.pauses.seat_rad(time_s)
 
     motion = move(time_s, rate_hz, joint_angles, body)
     velocity = forward_velocity(
