@@ -1,6 +1,7 @@
 """Samples one by one: the stream of the shipped network beside its own recording and beside VQF."""
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -32,7 +33,7 @@ def works(peers: bool) -> dict[str, tuple[Callable[[], Any], float]]:
     """
     rng = np.random.default_rng(0)
     rates = rng.normal(size=(SAMPLES, 3))
-    step = rng.normal(size=(SENSORS, 3))
+    strides = _strides(rng)
     shipped = pretrained()
     rate_hz = shipped.model.sampling_rate_hz
     found: dict[str, tuple[Callable[[], Any], float]] = {}
@@ -41,13 +42,29 @@ def works(peers: bool) -> dict[str, tuple[Callable[[], Any], float]]:
         name = f"stream_{kind}" if kind else "stream"
         one = OrientationStream(method, rate_hz)
         many = OrientationStream(method, rate_hz, n_sensors=SENSORS)
+        for _ in range(SAMPLES):  # until the start-up is over
+            many.update(next(strides))
         signals = SegmentSignals("thigh", rate_hz, rates, np.zeros_like(rates))
         found[f"{name}.one_sensor"] = (_one_by_one(one.update, rates), 1.0 / SAMPLES)
-        found[f"{name}.in_step"] = (partial(many.update, step), 1.0 / SENSORS)
+        found[f"{name}.in_step"] = (_next(many.update, strides), 1.0 / SENSORS)
         found[f"{name}.recording"] = (partial(method.estimate, signals), 1.0 / SAMPLES)
     if peers and installed("vqf"):
         found["stream.vqf"] = (_vqf(rates, rate_hz), 1.0 / SAMPLES)
     return found
+
+
+def _strides(rng: np.random.Generator) -> Iterator[FloatArray]:
+    """Rates of walking legs, each in its own phase of a stride of a second, again and again."""
+    phase = np.add(rng.uniform(0.0, 2.0 * np.pi, size=(SENSORS, 1)), [0.0, 1.0, 2.0])
+    turns = 2.0 * np.pi * np.arange(100) / 100
+    return itertools.cycle([np.array([3.0, 0.5, 0.5]) * np.cos(phase + turn) for turn in turns])
+
+
+def _next(update: Callable[[FloatArray], Any], samples: Iterator[FloatArray]) -> Callable[[], None]:
+    def work() -> None:
+        update(next(samples))
+
+    return work
 
 
 def _one_by_one(update: Callable[[FloatArray], Any], samples: FloatArray) -> Callable[[], None]:

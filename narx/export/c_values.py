@@ -87,10 +87,10 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
         "longest_pause_s": clock.longest_pause_s,
         "on_tick": ON_TICK,
         "smallest_cos_frontal": COS_FRONTAL_MIN,
-        "sine_limit": _SINE_LIMIT_RAD,
+        "sine_square": _SINE_LIMIT_RAD**2,
         "tanh_square": _TANH_LIMIT**2,
-        "short_sine_limit": _SHORT_SINE_LIMIT_RAD,
-        "secant_limit": _SECANT_LIMIT_RAD,
+        "short_sine_square": _SHORT_SINE_LIMIT_RAD**2,
+        "secant_square": _SECANT_LIMIT_RAD**2,
         **recurrence,
     }
     counts = {
@@ -218,7 +218,11 @@ def _network(
         tanh = f"{_text(w2, suffix)} * hyperbolic_tangent(sum * {_text(1.0 / w2, suffix)})"
         if suffix:
             square = f"{_text((_CUBIC_TANH_LIMIT * w2) ** 2, suffix)}"
-            cubic = f"{first} + sum * (sum * sum) * {_text(-1.0 / (3.0 * w2**2), suffix)})"
+            third = _text(-1.0 / (3.0 * w2**2), suffix)
+            if by_change:
+                # what a cubic lacks in every sample of a turn would add up in the heading
+                third = f"({third} + sum * sum * {_text(2.0 / (15.0 * w2**4), suffix)})"
+            cubic = f"{first} + sum * (sum * sum) * {third})"
             tanh = f"sum * sum < {square} ? {cubic}\n        : {tanh}"
         lines += [f"    {assigned} {tanh};"]
         assigned = "output +="

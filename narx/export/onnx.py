@@ -9,7 +9,6 @@ from torch import Tensor
 
 from narx.errors import UserError
 from narx.export.graph import INPUTS, GraphRunner
-from narx.inference.checkpoint import Checkpoint
 
 IDENTITY_KEY = "narx"
 _LIBRARIES = ("onnx", "onnxscript", "onnxruntime")
@@ -31,39 +30,13 @@ def check_libraries() -> None:
         )
 
 
-def build(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
-    """Translate a network with its start-up.
-
-    Parameters
-    ----------
-    checkpoint : Checkpoint
-        Network to export.
-    dtype : torch.dtype
-        Type of all numbers.
-
-    Returns
-    -------
-    bytes
-        Content of the file, for `stamped`.
-
-    Raises
-    ------
-    UserError
-        If a library is not installed.
-    """
-    check_libraries()
-    from narx.export.onnx_graph import assembled
-
-    return assembled(checkpoint, dtype)
-
-
 def stamped(data: bytes, identity: str) -> bytes:
     """Write the identity into the metadata.
 
     Parameters
     ----------
     data : bytes
-        From `build`.
+        From `narx.export.onnx_graph.assembled`.
     identity : str
         Identity, stored under the key ``narx``.
 
@@ -85,7 +58,7 @@ def loaded(data: bytes) -> GraphRunner:
     Parameters
     ----------
     data : bytes
-        From `build`.
+        From `narx.export.onnx_graph.assembled`.
 
     Returns
     -------

@@ -18,14 +18,13 @@
 static void sine_cosine(narx_real x, narx_real *sine, narx_real *cosine)
 {
 #if SHORT_SERIES
-    if (x < ${short_sine_limit} && x > -${short_sine_limit}) {
-        const narx_real u = x * x;
+    const narx_real u = x * x;
+    if (u < ${short_sine_square}) {
         *sine = x * (${short_sine});
         *cosine = ${short_cosine};
         return;
     }
-    if (x < ${sine_limit} && x > -${sine_limit}) {
-        const narx_real u = x * x;
+    if (u < ${sine_square}) {
         *sine = x * (${sine});
         *cosine = ${cosine};
         return;
@@ -52,8 +51,8 @@ static void secant_tangent(narx_real x, narx_real *secant, narx_real *tangent)
 {
     narx_real sine, cosine;
 #if SHORT_SERIES
-    if (x < ${secant_limit} && x > -${secant_limit}) {
-        const narx_real u = x * x;
+    const narx_real u = x * x;
+    if (u < ${secant_square}) {
         *secant = ${secant};
         *tangent = x * (${tangent});
         return;

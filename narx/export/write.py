@@ -15,6 +15,7 @@ import narx.export.torchscript as torchscript
 from narx.errors import UserError
 from narx.export.clocked import ClockedRecurrence
 from narx.export.identity import identity
+from narx.export.onnx_graph import assembled
 from narx.export.verification import (
     SIGNALS,
     TOLERANCE_RAD,
@@ -115,7 +116,8 @@ def _build(checkpoint: Checkpoint, export_format: str, precision: str) -> _Built
         return torchscript.build(checkpoint, _TORCH[precision])
     if export_format == "torch_export":
         return torch_export.build(checkpoint, _TORCH[precision])
-    return onnx.build(checkpoint, _TORCH[precision])
+    onnx.check_libraries()
+    return assembled(checkpoint, _TORCH[precision])
 
 
 def _stamped(built: _Built, export_format: str, target: Path, about: str) -> dict[str, bytes]:
