@@ -3,7 +3,8 @@
 A stamp taken on arrival is never earlier than the sample, so the clock is the line below all stamps
 with the smallest mean distance from them: an edge of their lower convex hull (Moon, Skelly and
 Towsley, Estimation and removal of clock skew from network delay measurements, IEEE INFOCOM 1999).
-Stamps that jitter to either side get the least-squares line, truncated ones a line above them.
+Stamps that jitter to either side get the least-squares line, truncated ones a line above them, and
+stamps that all samples of a packet share, from the end of the first packet on, a line below them.
 """
 
 import numpy as np
@@ -93,7 +94,11 @@ def regular_clock(time_s: FloatArray) -> tuple[FloatArray | None, str]:
     if structure > limit:
         return None, ""
     interval = float(np.median(np.diff(clock)))
-    if in_steps:
+    # the first packet of a clock that starts at zero is stamped after a whole packet
+    whole = sizes[0] == size and round(float(time_s[0]) / period) == 1
+    if in_steps and whole:
+        kind, start = f"stamps at the end of packets of {size} samples", float(offset.min())
+    elif in_steps:
         kind, start = f"stamps in steps of {period:g} s", float(offset.max())
     elif arrived:
         kind, start = "stamps at arrival", float(offset.min())

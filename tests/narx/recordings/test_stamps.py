@@ -157,3 +157,14 @@ def test_rows_that_occur_twice_are_left_out(device_walk, rows):
     np.testing.assert_array_equal(found.time_s, walk.time_s)
     np.testing.assert_array_equal(walk.gyroscope_rad_s[chosen][found.rows], walk.gyroscope_rad_s)
     assert "rows that occur twice left out" in found.notes[-1]
+
+
+@pytest.mark.parametrize("late", [0, 1])
+def test_packets_of_a_clock_that_starts_at_zero_are_stamped_at_their_end(late):
+    """All seven samples have the time of the last of them, or of the interval after it."""
+    time = np.arange(700) / 50.0
+    stamps = time[np.arange(700) // 7 * 7 + 6] + late / 50.0
+    rates = np.sin(2.0 * np.pi * time)[:, None] * np.ones(3)
+    found = sampling_times(stamps, rates, "walk")
+    np.testing.assert_allclose(found.time_s, time + late / 50.0, atol=1e-6)
+    assert "of packets of 7 samples" in found.notes[-1]
