@@ -42,7 +42,7 @@ def works(peers: bool) -> dict[str, tuple[Callable[[], Any], float]]:
         name = f"stream_{kind}" if kind else "stream"
         one = OrientationStream(method, rate_hz)
         many = OrientationStream(method, rate_hz, n_sensors=SENSORS)
-        for _ in range(SAMPLES):  # until the start-up is over
+        for _ in range(2 * SAMPLES):  # until the start-up is over
             many.update(next(strides))
         signals = SegmentSignals("thigh", rate_hz, rates, np.zeros_like(rates))
         found[f"{name}.one_sensor"] = (_one_by_one(one.update, rates), 1.0 / SAMPLES)
