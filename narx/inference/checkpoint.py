@@ -20,6 +20,7 @@ from narx.inference.tracking import Tracking
 from narx.inference.washout import WASHOUT_S
 from narx.network.model import Narx
 from narx.network.structure import NarxStructure
+from narx.recordings.stamps import checked_rate_hz
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Checkpoint:
             If a number is not finite or has the wrong sign, or an option is unknown.
         """
         model = self.model
-        _positive("sampling_rate_hz", model.sampling_rate_hz)
+        checked_rate_hz(model.sampling_rate_hz, "sampling_rate_hz")
         scales = vars(model.normalisation)
         for name, value in scales.items():
             if "offset" not in name:
