@@ -27,8 +27,10 @@ BLOCKS = {page: BLOCK.findall((ROOT / page).read_text()) for page in PAGES}
 
 
 def walk(n=4000, rate_hz=100.0):
+    """Like a leg, faster forward than backward; the second harmonic makes the difference."""
+    phase = 1.196 + 2.0 * np.pi * 0.9 * np.arange(n - 300) / rate_hz  # begins at rest
     rates = np.zeros((n, 3))
-    rates[300:, 0] = 2.0 * np.sin(2.0 * np.pi * 0.9 * np.arange(n - 300) / rate_hz)
+    rates[300:, 0] = 1.6 * (np.cos(phase) + 0.5 * np.cos(2.0 * phase))
     return rates
 
 
