@@ -25,6 +25,11 @@ def _predict(cfg: DictConfig) -> None:
     target = Path(str(cfg.output))
     if (cfg.input is None) == (not cfg.data):
         raise UserError("input and data: expected one of them, a file or a source of recordings")
+    if cfg.format == "motion_bids" and not cfg.data:
+        raise UserError(
+            "format is 'motion_bids', expected data=study with it, which names subjects and tasks "
+            "(narx-draft-study); the output of one recording may end in _motion.tsv"
+        )
     if cfg.data:
         run_all(trial_jobs(cfg, target), target, cfg)
         return

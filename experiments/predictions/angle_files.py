@@ -1,4 +1,4 @@
-"""Write tables of angles as CSV, Parquet, or OpenSim storage files."""
+"""Write tables of angles as CSV, Parquet, OpenSim storage files, or Motion-BIDS."""
 
 from pathlib import Path
 
@@ -7,6 +7,7 @@ import pyarrow
 import pyarrow.csv
 
 from narx.errors import UserError
+from narx.experiments.predictions import motion_bids_files
 from narx.files import atomic_path
 
 # OpenSim's .mot has the same format as its .sto
@@ -24,10 +25,13 @@ def check_suffix(path: Path) -> None:
     Raises
     ------
     UserError
-        If its suffix is not in `SUFFIXES`.
+        If its suffix is not in `SUFFIXES`, or it ends as a file of Motion-BIDS without its name.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        raise UserError(f"output: '{path}', expected a name ending in {', '.join(SUFFIXES)}")
+    if path.name.endswith(motion_bids_files.ENDING):
+        motion_bids_files.check_name(path)
+    elif path.suffix.lower() not in SUFFIXES:
+        known = ", ".join((*SUFFIXES, motion_bids_files.ENDING))
+        raise UserError(f"output: '{path}', expected a name ending in {known}")
 
 
 def write_angles(table: pd.DataFrame, path: Path) -> None:
@@ -47,6 +51,9 @@ def write_angles(table: pd.DataFrame, path: Path) -> None:
     """
     check_suffix(path)
     try:
+        if path.name.endswith(motion_bids_files.ENDING):
+            motion_bids_files.write_motion_bids(table, path)
+            return
         with atomic_path(path) as temporary:
             suffix = path.suffix.lower()
             if suffix == ".csv":

@@ -11,6 +11,7 @@ from tqdm import tqdm
 from narx.datasets.apdm_file import SUFFIXES as APDM_SUFFIXES
 from narx.errors import UserError
 from narx.experiments.predictions.jobs import Job, Outcome, file_jobs
+from narx.experiments.predictions.motion_bids_files import write_description
 from narx.experiments.predictions.provenance import write_provenance
 from narx.experiments.predictions.workers import outcomes
 from narx.files import atomic_path, remove_temporaries
@@ -110,6 +111,8 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     remove_temporaries(folder, _ABANDONED_S)
     write_provenance(cfg, folder / RECORD)
+    if cfg.format == "motion_bids":
+        write_description(folder)
     earlier = _finished(folder)
     done: dict[str, Outcome] = {}
     for job in jobs:

@@ -14,6 +14,7 @@ from omegaconf import DictConfig, OmegaConf
 from narx.datasets.base import TrialSource
 from narx.datasets.segment_names import segment_of
 from narx.errors import UserError
+from narx.experiments.predictions.motion_bids_files import file_of_trial
 from narx.experiments.predictions.session import predict_trial
 from narx.experiments.predictions.single import predict_file
 from narx.experiments.sources import combined_index, data_sha256, open_sources
@@ -205,7 +206,7 @@ def trial_jobs(cfg: DictConfig, folder: Path) -> list[Job]:
     Raises
     ------
     UserError
-        If the recordings are not found.
+        If the recordings are not found, or two trials have the same name in the output.
     """
     sources = _sources(OmegaConf.to_yaml(cfg))
     digests = data_sha256(cfg)
@@ -213,13 +214,24 @@ def trial_jobs(cfg: DictConfig, folder: Path) -> list[Job]:
     jobs: list[Job] = []
     index = combined_index(sources)
     lacking = _lacking_segments(index)
+    targets: set[Path] = set()
     for position, row in enumerate(index.itertuples(index=False)):
         names = str(row.source), str(row.subject), str(row.condition), str(row.trial)
-        path = Path(*(safe_name(part) for part in names[:-1]), f"{safe_name(names[-1])}_angles")
-        target = folder / path.with_suffix(f".{cfg.format}")
+        target = folder / _file_of_trial(names, cfg.format)
+        if target in targets:
+            raise UserError(f"data: two trials would be written as '{target}'; select one of them")
+        targets.add(target)
         key = _key(f"{digests.get(names[0])}{names}{lacking[position]}", options)
         jobs.append(TrialJob(cfg, "/".join(names), target, key, names, lacking[position]))
     return jobs
+
+
+def _file_of_trial(names: tuple[str, str, str, str], ending: str) -> Path:
+    if ending == "motion_bids":
+        return file_of_trial(*names[1:])
+    return Path(
+        *(safe_name(part) for part in names[:-1]), f"{safe_name(names[-1])}_angles.{ending}"
+    )
 
 
 def _lacking_segments(index: pd.DataFrame) -> list[tuple[str, ...]]:

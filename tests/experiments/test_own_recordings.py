@@ -1,5 +1,6 @@
 """The page from own files to an exported network: its commands, in their order."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -43,6 +44,12 @@ def recordings(tmp_path, monkeypatch):
     return tmp_path
 
 
+def _markers_on_the_segment(recordings):
+    """Correct the drafted study: the simulated markers are on the segment, not on the sensor."""
+    path = recordings / "recordings" / "study.yaml"
+    path.write_text(path.read_text("utf-8").replace("frame: sensor", "frame: anatomical"))
+
+
 @pytest.mark.slow
 def test_every_command_of_the_page(run_command, recordings):
     assert [shlex.split(line)[0] for line in COMMANDS] == [
@@ -60,9 +67,7 @@ def test_every_command_of_the_page(run_command, recordings):
             run.rename(wanted[0].removeprefix("hydra.run.dir=") if wanted else f"run{number}")
         printed.append(out)
         if name == "draft_study":
-            # the simulated markers are on the segment
-            path = recordings / "recordings" / "study.yaml"
-            path.write_text(path.read_text("utf-8").replace("frame: sensor", "frame: anatomical"))
+            _markers_on_the_segment(recordings)
     assert "anna/walk/walk1: shank_right, thigh_right" in printed[0]
     angles = pd.read_csv("angles/study/anna/walk/walk1_angles.csv")
     assert angles.knee_right_sagittal_deg[1000:].between(-15, 80).all()
@@ -85,6 +90,21 @@ def test_one_of_two_inputs(run_command, recordings):
         status, _, err, _ = run_command("predict", *overrides)
         assert status == 2
         assert "input and data: expected one of them" in err
+
+
+def test_a_study_becomes_motion_bids(run_command, recordings):
+    assert run_command("draft_study", "input=recordings")[0] == 0
+    _markers_on_the_segment(recordings)
+    status, _, err, _ = run_command(
+        "predict", "data=study", "data_root=recordings", "output=angles", "format=motion_bids"
+    )
+    assert status == 0, err
+    names = {path.name for path in (recordings / "angles").rglob("*_motion.tsv")}
+    assert names == {
+        f"sub-{who}_task-walk_tracksys-narx_acq-walk1_motion.tsv" for who in ("anna", "bert")
+    }
+    about = json.loads((recordings / "angles" / "dataset_description.json").read_text())
+    assert about["DatasetType"] == "derivative"
 
 
 def test_a_broken_trial_does_not_stop_the_others(run_command, recordings):

@@ -1,5 +1,7 @@
 """Two files in, angles, strides and a picture out."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -123,6 +125,35 @@ def test_columns_are_mapped_on_the_spot(run_command, folder, trial):
     assert (status, err) == (0, "")
     own, plain = pd.read_csv("own_angles.csv"), pd.read_csv("angles.csv")
     np.testing.assert_allclose(own.to_numpy(), plain.to_numpy(), atol=1e-4)
+
+
+def test_motion_bids(run_command, folder):
+    name = "sub-01/motion/sub-01_task-walk_tracksys-narx_run-1"
+    for output in (f"{name}_motion.tsv", "knee.csv"):
+        status, _, err, _ = run_command("predict", INPUT, f"output={output}")
+        assert (status, err) == (0, "")
+    expected = pd.read_csv("knee.csv")
+    channels = pd.read_csv(f"{name}_channels.tsv", sep="\t", keep_default_na=False)
+    samples = pd.read_csv(f"{name}_motion.tsv", sep="\t", header=None, names=channels.name)
+    pd.testing.assert_frame_equal(samples, expected, check_dtype=False, check_names=False)
+    of = channels.set_index("name")
+    assert list(of.loc["time_s", ["type", "units"]]) == ["LATENCY", "s"]
+    knee = of.loc["knee_right_sagittal_deg"]
+    assert (knee.type, knee.units, knee.tracked_point) == ("JNTANG", "deg", "knee_right")
+    assert of.loc["thigh_right_sagittal_deg", "type"] == "MISC"
+    assert of.loc["knee_right_sagittal_std_deg", "type"] == "MISC"
+    about = json.loads((folder / f"{name}_motion.json").read_text())
+    assert about["SamplingFrequency"] == pytest.approx(500.0)
+    assert about["MotionChannelCount"] == len(channels)
+    assert about["JNTANGChannelCount"] == 3
+    assert about["TrackedPointsCount"] == 3
+    assert about["TaskName"] == "walk"
+    status, _, err, _ = run_command("predict", INPUT, "output=knee_motion.tsv")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "expected sub-<label>" in err
+    status, _, err, _ = run_command("predict", INPUT, "output=out", "format=motion_bids")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "expected data=study" in err
 
 
 def test_the_demo(run_command, tmp_path, monkeypatch):
