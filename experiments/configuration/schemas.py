@@ -222,7 +222,7 @@ class Predict(Section):
     calibration: Mode = "auto"
     align: Alignment = "auto"
     walking_s: Interval | None = None
-    format: Literal["csv", "parquet", "sto", "mot", "motion_bids"] = "csv"
+    format: Literal["csv", "parquet", "sto", "mot", "c3d", "motion_bids"] = "csv"
     partition_s: Annotated[float, Field(ge=120, le=86_400)] = 900.0
     jobs: Annotated[int, Field(ge=1, le=1024)] | None = None
     scheduler: Name | None = None

@@ -1,4 +1,4 @@
-"""Write tables of angles as CSV, Parquet, OpenSim storage files, or Motion-BIDS."""
+"""Write tables of angles as CSV, Parquet, OpenSim storage files, C3D, or Motion-BIDS."""
 
 from pathlib import Path
 
@@ -8,10 +8,11 @@ import pyarrow.csv
 
 from narx.errors import UserError
 from narx.experiments.predictions import motion_bids_files
+from narx.experiments.predictions.c3d_files import write_c3d
 from narx.files import atomic_path
 
 # OpenSim's .mot has the same format as its .sto
-SUFFIXES = (".csv", ".parquet", ".sto", ".mot")
+SUFFIXES = (".csv", ".parquet", ".sto", ".mot", ".c3d")
 
 
 def check_suffix(path: Path) -> None:
@@ -53,6 +54,9 @@ def write_angles(table: pd.DataFrame, path: Path) -> None:
     try:
         if path.name.endswith(motion_bids_files.ENDING):
             motion_bids_files.write_motion_bids(table, path)
+            return
+        if path.suffix.lower() == ".c3d":
+            write_c3d(table, path)
             return
         with atomic_path(path) as temporary:
             suffix = path.suffix.lower()

@@ -13,6 +13,7 @@ import pandas as pd
 
 import narx
 from narx.errors import UserError
+from narx.experiments.predictions.angle_columns import angle_column
 from narx.experiments.runs.record import write_json
 from narx.files import atomic_path
 from narx.kinematics.joints import JOINTS
@@ -23,7 +24,6 @@ _NAME = re.compile(
     r"sub-[a-zA-Z0-9]+(_ses-[a-zA-Z0-9]+)?_task-[a-zA-Z0-9]+_tracksys-[a-zA-Z0-9]+"
     r"(_acq-[a-zA-Z0-9]+)?(_run-[0-9]+)?_motion\.tsv"
 )
-_COLUMN = re.compile(rf"(?:(\w+)_)?({'|'.join(AXES)})(_std)?_deg")
 _MEANING = dict(
     zip(AXES, ("flexion positive", "abduction positive", "internal rotation positive"), strict=True)
 )
@@ -121,22 +121,23 @@ def write_motion_bids(table: pd.DataFrame, path: Path) -> None:
         _write_tsv(table, temporary, header=False)
 
 
-def _channel(column: str) -> dict[str, str]:
-    found = _COLUMN.fullmatch(column)
+def _channel(name: str) -> dict[str, str]:
     point, kind, units = "n/a", "MISC", "n/a"
     description = "what stands behind the sample: 0 the network (docs/predict.md)"
-    if column == "time_s":
+    column = angle_column(name)
+    if name == "time_s":
         kind, units, description = "LATENCY", "s", "time of the sample"
-    elif found:
-        point, axis, is_std = found[1] or "segment", found[2], found[3]
-        is_joint = point in JOINTS
-        kind, units = "JNTANG" if is_joint and not is_std else "MISC", "deg"
-        angle = f"{axis} angle of the {'joint' if is_joint else 'segment'}, {_MEANING[axis]}"
-        description = f"standard deviation of the {angle}" if is_std else angle
-    elif column.endswith("_quality"):
-        point = column.removesuffix("_quality")
+    elif column is not None:
+        point, units = column.point, "deg"
+        of = "joint" if point in JOINTS else "segment"
+        kind = "JNTANG" if of == "joint" and not column.is_std else "MISC"
+        description = f"{column.axis} angle of the {of}, {_MEANING[column.axis]}"
+        if column.is_std:
+            description = f"standard deviation of the {description}"
+    elif name.endswith("_quality"):
+        point = name.removesuffix("_quality")
     return {
-        "name": column,
+        "name": name,
         "component": "n/a",
         "type": kind,
         "tracked_point": point,

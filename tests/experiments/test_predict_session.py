@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from narx.datasets import SimulatedGait, write_recording
+from narx.errors import UserError
 from narx.experiments.predictions.angle_files import write_angles
 
 INPUT = "input={thigh_right: thigh.csv, shank_right: shänk.csv}"
@@ -154,6 +155,42 @@ def test_motion_bids(run_command, folder):
     status, _, err, _ = run_command("predict", INPUT, "output=out", "format=motion_bids")
     assert (status, len(err.splitlines())) == (2, 1)
     assert "expected data=study" in err
+
+
+def test_c3d(run_command, folder):
+    ezc3d = pytest.importorskip("ezc3d")
+    for output in ("knee.c3d", "knee.csv"):
+        status, _, err, _ = run_command("predict", INPUT, f"output={output}")
+        assert (status, err) == (0, "")
+    expected = pd.read_csv("knee.csv")
+    file = ezc3d.c3d("knee.c3d")
+    about = file["parameters"]["POINT"]
+    labels = about["LABELS"]["value"]
+    assert about["ANGLES"]["value"] == labels
+    assert about["RATE"]["value"][0] == pytest.approx(500.0)
+    for point, kind in (("knee_right", ""), ("thigh_right_std", "_std")):
+        names = [
+            f"{point.removesuffix('_std')}_{axis}{kind}_deg"
+            for axis in ("sagittal", "frontal", "transverse")
+        ]
+        read = file["data"]["points"][:3, labels.index(point)].T
+        np.testing.assert_allclose(read, expected[names], rtol=1e-6, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("time_s", "says"),
+    [
+        (0.01 * np.arange(70_000), "70000 samples, a C3D file holds 65535"),
+        (np.r_[0.0, 0.01, 0.02, 0.06], "times deviate from a constant rate by 1.0 samples"),
+        (np.zeros(1), "1 samples"),
+    ],
+)
+def test_c3d_holds_regular_samples(time_s, says, tmp_path):
+    pytest.importorskip("ezc3d")
+    table = pd.DataFrame({"time_s": time_s, "sagittal_deg": 1.0, "frontal_deg": 0.0})
+    with pytest.raises(UserError, match=says):
+        write_angles(table, tmp_path / "a.c3d")
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_demo(run_command, tmp_path, monkeypatch):
