@@ -220,7 +220,7 @@ class Predict(Section):
     still_file: FilePath | None = None
     bias_rad_s: tuple[float, float, float] | None = None
     calibration: Mode = "auto"
-    align: Alignment = "auto"
+    align: Alignment | dict[Name, float] = "auto"
     walking_s: Interval | None = None
     format: Literal["csv", "parquet", "sto", "mot", "c3d", "motion_bids"] = "csv"
     partition_s: Annotated[float, Field(ge=120, le=86_400)] = 900.0

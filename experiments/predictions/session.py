@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from omegaconf import DictConfig, ListConfig
@@ -50,7 +51,7 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> t
         start_pose=cfg.start_pose,
         still_s=_stands(cfg),
         walking_s=interval_s(cfg.walking_s, "walking_s"),
-        align=cfg.align,
+        align=_alignment(cfg),
         where=", ".join(str(path) for path in files.values()),
     )
     print(*session.notes, sep="\n")
@@ -63,6 +64,11 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> t
     else:
         print("no strides found; no stride tables or figure")
     return session.notes
+
+
+def _alignment(cfg: DictConfig) -> Any:
+    """Return the name of a way to align, or the time of an event per sensor, as checked before."""
+    return dict(cfg.align) if isinstance(cfg.align, DictConfig) else cfg.align
 
 
 def predict_trial(cfg: DictConfig, trial: Trial, target: Path) -> tuple[SessionPrediction, int]:

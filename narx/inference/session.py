@@ -82,7 +82,7 @@ def predict_session(
     start_pose: SessionStart = "auto",
     still_s: Sequence[tuple[float, float]] | None = None,
     walking_s: tuple[float, float] | None = None,
-    align: Alignment = "auto",
+    align: Alignment | Mapping[str, float] = "auto",
     where: str = "session",
 ) -> SessionPrediction:
     """Estimate the angles of a leg, or of both, from sensors worn together.
@@ -108,8 +108,9 @@ def predict_session(
     walking_s : tuple of (float, float), optional
         Part with straight walking for the calibration, s; by default from the rest at the start to
         the first turn, or the whole recording.
-    align : {"auto", "stamps", "correlation"}
-        How the sensors' clocks are aligned (`narx.recordings.session_clock`).
+    align : {"auto", "stamps", "correlation"}, or mapping of str to float
+        How the sensors' clocks are aligned (`narx.recordings.session_clock`); a mapping gives the
+        time of one event on each sensor's clock, s.
     where : str
         Name of the session, for messages.
 

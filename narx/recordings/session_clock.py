@@ -1,4 +1,4 @@
-"""Align the clocks of a session's sensors by their time stamps or by their common movement."""
+"""Align the clocks of a session's sensors by their stamps, common movement, or a common event."""
 
 from collections.abc import Mapping
 from typing import Literal, get_args
@@ -26,7 +26,7 @@ _DOUBT_S = 1.5
 
 
 def clock_offsets_s(
-    recordings: Mapping[str, ImuRecording], align: Alignment, where: str
+    recordings: Mapping[str, ImuRecording], align: Alignment | Mapping[str, float], where: str
 ) -> tuple[dict[str, float], list[str]]:
     """Find the offset of each sensor's clock, so that all share the clock of the first.
 
@@ -34,9 +34,10 @@ def clock_offsets_s(
     ----------
     recordings : mapping of str to ImuRecording
         Recording of each segment; the first gives the clock.
-    align : {"auto", "stamps", "correlation"}
+    align : {"auto", "stamps", "correlation"}, or mapping of str to float
         ``stamps`` uses the time stamps; ``correlation`` finds the lag at which the sensors move
-        together; ``auto`` uses the time stamps if they overlap.
+        together; ``auto`` uses the time stamps if they overlap. A mapping gives the time of one
+        event, such as a tap on all sensors, on the own clock of each, s.
     where : str
         Name of the session, for messages.
 
@@ -50,7 +51,7 @@ def clock_offsets_s(
     Raises
     ------
     UserError
-        If the choice is unknown.
+        If the choice is unknown, or the event is not given for every sensor, within its recording.
     RecordingError
         If the sensors do not move together.
 
@@ -61,6 +62,8 @@ def clock_offsets_s(
     0.3 s of it. It is accurate to 2 ms on simulated walks and to 60 ms on the one recorded pair of
     sensors with known clocks; time stamps of one clock are more accurate.
     """
+    if isinstance(align, Mapping):
+        return _by_event(recordings, align, where)
     if align not in get_args(Alignment):
         raise UserError(f"align is '{align}', expected one of {', '.join(get_args(Alignment))}")
     first, *others = recordings
@@ -70,15 +73,8 @@ def clock_offsets_s(
     if align == "auto":
         align = "stamps" if _overlap(recordings) >= _MIN_OVERLAP else "correlation"
     if align == "stamps":
-        notes = ["sensors aligned by their time stamps"]
-        for segment in others:
-            lag = _lag_s(recordings[first], recordings[segment])
-            if lag is not None and abs(lag[0]) > _DOUBT_S:
-                notes.append(
-                    f"by their movement '{first}' and '{segment}' are {abs(lag[0]):.2f} s apart "
-                    "(align=correlation to use this)"
-                )
-        return offsets | dict.fromkeys(others, 0.0), notes
+        offsets |= dict.fromkeys(others, 0.0)
+        return offsets, ["sensors aligned by their time stamps", *_doubts(recordings, offsets)]
     notes = []
     for segment in others:
         lag = _lag_s(recordings[first], recordings[segment])
@@ -90,6 +86,43 @@ def clock_offsets_s(
         offsets[segment] = lag[0]
         notes.append(f"'{segment}' moved by {lag[0]:+.3f} s, by {lag[1]}")
     return offsets, notes
+
+
+def _by_event(
+    recordings: Mapping[str, ImuRecording], event_s: Mapping[str, float], where: str
+) -> tuple[dict[str, float], list[str]]:
+    if set(event_s) != set(recordings):
+        raise UserError(
+            f"align has an event for {', '.join(sorted(event_s)) or 'no sensor'}, expected one for "
+            f"each of {', '.join(sorted(recordings))}"
+        )
+    for segment, one in recordings.items():
+        begin, end = float(one.time_s[0]), float(one.time_s[-1])
+        if not begin <= event_s[segment] <= end:
+            raise UserError(
+                f"{where}: align.{segment} is {event_s[segment]:g}, expected a time within its "
+                f"recording, {begin:.2f} to {end:.2f} s"
+            )
+    first = event_s[next(iter(recordings))]
+    offsets = {segment: first - event_s[segment] for segment in recordings}
+    moved = ", ".join(f"'{s}' moved by {offset:+.3f} s" for s, offset in offsets.items() if offset)
+    note = "sensors aligned by the given event" + (f": {moved}" if moved else "")
+    return offsets, [note, *_doubts(recordings, offsets)]
+
+
+def _doubts(recordings: Mapping[str, ImuRecording], offsets: Mapping[str, float]) -> list[str]:
+    """Report sensors that do not move together with these offsets."""
+    first, *others = recordings
+    notes = []
+    for segment in others:
+        lag = _lag_s(recordings[first], recordings[segment])
+        apart_s = 0.0 if lag is None else abs(lag[0] - offsets[segment])
+        if apart_s > _DOUBT_S:
+            notes.append(
+                f"by their movement '{first}' and '{segment}' are {apart_s:.2f} s apart "
+                "(align=correlation to use this)"
+            )
+    return notes
 
 
 def _overlap(recordings: Mapping[str, ImuRecording]) -> float:

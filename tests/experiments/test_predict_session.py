@@ -157,6 +157,17 @@ def test_motion_bids(run_command, folder):
     assert "expected data=study" in err
 
 
+def test_an_event_aligns_the_sensors(run_command, folder):
+    for output, align in (("a.csv", "stamps"), ("b.csv", "{thigh_right: 4.0, shank_right: 4.0}")):
+        status, out, err, _ = run_command("predict", INPUT, f"output={output}", f"align={align}")
+        assert (status, err) == (0, "")
+    assert "sensors aligned by the given event" in out
+    assert (folder / "a.csv").read_bytes() == (folder / "b.csv").read_bytes()
+    status, _, err, _ = run_command("predict", INPUT, "output=c.csv", "align={thigh_right: 4.0}")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "expected one for each of shank_right, thigh_right" in err
+
+
 def test_c3d(run_command, folder):
     ezc3d = pytest.importorskip("ezc3d")
     for output in ("knee.c3d", "knee.csv"):

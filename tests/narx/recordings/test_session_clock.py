@@ -45,6 +45,35 @@ def test_stamps_without_overlap_are_not_used(leg):
     assert offsets["shank_right"] == pytest.approx(-1e5, abs=0.005)
 
 
+def test_an_event_in_all_sensors_aligns_them(leg):
+    shifted = _shifted(leg, 3.37)
+    event = {"thigh_right": 5.0, "shank_right": 8.37}
+    offsets, notes = clock_offsets_s(shifted, event, "s")
+    assert offsets == pytest.approx({"thigh_right": 0.0, "shank_right": -3.37})
+    assert notes == ["sensors aligned by the given event: 'shank_right' moved by -3.370 s"]
+    _, notes = clock_offsets_s(shifted, event | {"shank_right": 5.0}, "s")
+    assert "3.37 s apart" in notes[1]
+
+
+@pytest.mark.parametrize(
+    ("event", "says"),
+    [
+        (
+            {"thigh_right": 5.0},
+            "for thigh_right, expected one for each of shank_right, thigh_right",
+        ),
+        (
+            {"thigh_right": 5.0, "shank_right": 1e4},
+            "s: align.shank_right is 10000, expected a",
+        ),
+        ({"thigh_right": float("nan"), "shank_right": 1.0}, "align.thigh_right is nan"),
+    ],
+)
+def test_an_event_outside_a_recording_is_refused(leg, event, says):
+    with pytest.raises(UserError, match=says):
+        clock_offsets_s(leg, event, "s")
+
+
 def test_what_cannot_be_aligned_is_refused(leg):
     rng = np.random.default_rng(0)
     noise = ImuRecording("shank_right", leg["thigh_right"].time_s,
