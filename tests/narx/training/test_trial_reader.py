@@ -1,0 +1,52 @@
+"""Standard deviations that are measured on training trials."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from narx.calibration import calibrate
+from narx.datasets import SimulatedGait
+from narx.training import TrialReader
+from narx.training.trial_reader import Stretch
+
+
+@pytest.fixture(scope="module")
+def stretch():
+    source = SimulatedGait(treadmill_duration_s=40.0, sampling_rate_hz=100.0)
+    trial = source.load("S1", "normal", "1")
+    segments = calibrate(trial)
+    return Stretch(trial, segments={name: segments[name] for name in ("thigh_right", "shank_left")})
+
+
+class Erring:
+    """The reference with normal errors of known size; predicts a constant standard deviation."""
+
+    def __init__(self, stretch, error_rad, std_rad):
+        self._references = {
+            id(segment.signals): segment.reference_angles_rad
+            for segment in stretch.segments.values()
+        }
+        self._error_rad, self._std_rad = np.array(error_rad), np.array(std_rad)
+
+    def run(self, signals):
+        reference = self._references[id(signals)]
+        error = np.random.default_rng(0).normal(size=reference.shape) * self._error_rad
+        # what is skipped at the start must not count
+        error[:300] = 100.0
+        return SimpleNamespace(
+            angles_rad=reference - error, std_rad=np.broadcast_to(self._std_rad, reference.shape)
+        )
+
+
+def test_a_factor_makes_the_bands_hold_their_shares(stretch):
+    method = Erring(stretch, error_rad=(0.03, 0.01, 0.02), std_rad=(0.01, 0.01, 0.04))
+    scale = TrialReader(skip_s=5.0).std_scale(method, [stretch])
+    assert scale == pytest.approx((3.0, 1.0, 0.5), rel=0.04)
+
+
+def test_an_axis_without_angles_gets_the_mean_factor(stretch):
+    method = Erring(stretch, error_rad=(0.03, 0.01, np.nan), std_rad=(0.01, 0.01, 0.01))
+    sagittal, frontal, transverse = TrialReader(skip_s=5.0).std_scale(method, [stretch])
+    assert transverse == pytest.approx((sagittal + frontal) / 2)
+    assert TrialReader().std_scale(method, []) == (1.0, 1.0, 1.0)
