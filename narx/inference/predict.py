@@ -157,6 +157,8 @@ def predict(
     if has_accelerometer:
         force = conversion.to_clock(recording.accelerometer_m_s2)
         more += check_consistency(gyroscope, force, rate_hz, is_leg=frame != "sensor", where=where)
+        if frame != "anatomical" or method.needs_accelerometer:
+            check_gravity(force, where)
     to_anatomical: Rotation | None = None
     is_assumed = frame == "auto"
     if frame == "auto":
@@ -171,7 +173,6 @@ def predict(
             where=where,
         )
     elif has_accelerometer:
-        check_gravity(force, where)
         imu = ImuRecording(f"leg_{side}", conversion.clock_s, gyroscope, force)
         to_anatomical, frame_note = _sensor_to_anatomical(imu, rate_hz, frame, start_pose, where)
         gyroscope = to_anatomical.apply(gyroscope)

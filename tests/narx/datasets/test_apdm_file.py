@@ -55,6 +55,17 @@ def test_a_single_sensor_needs_no_label(tmp_path, walk):
     assert read_recording(path).n_samples == len(walk.time_s)
 
 
+def test_equal_values_that_take_no_space_need_memory(tmp_path):
+    with h5py.File(tmp_path / "bomb.h5", "w") as file:
+        group = file.create_group("Sensors/1")
+        group.create_group("Configuration").attrs["Label 0"] = b"Lumbar"
+        for name, shape in (("Time", 10**9), ("Gyroscope", (10**9, 3)), ("Accelerometer", (1, 3))):
+            group.create_dataset(name, shape, np.float64, chunks=True)
+    assert (tmp_path / "bomb.h5").stat().st_size < 2**20
+    with pytest.raises(RecordingError, match="more than the limit of 4096 MiB"):
+        read_recording(tmp_path / "bomb.h5")
+
+
 def test_damage_is_one_line(tmp_path, walk):
     path = _write(tmp_path / "walk.h5", walk, 5)
     path.write_bytes(path.read_bytes()[:4000])

@@ -316,6 +316,16 @@ def test_compressed_text(tmp_path, walk, text_of, monkeypatch):
         read_recording(path)
 
 
+@pytest.mark.parametrize("separator", [",", ";"])
+def test_a_text_needs_more_memory_than_its_size(tmp_path, walk, text_of, monkeypatch, separator):
+    """Plain text is read by pyarrow, all other by the general reader."""
+    path = tmp_path / "walk.csv"
+    path.write_text(text_of(walk.columns(), separator))
+    monkeypatch.setenv("NARX_MAX_MEMORY_MIB", str(1.5 * path.stat().st_size / 2**20))
+    with pytest.raises(RecordingError, match=r"walk\.csv: needs .* MiB of memory"):
+        read_recording(path)
+
+
 def test_groups_of_thousands_in_points_beside_decimal_commas(tmp_path):
     path = tmp_path / "walk.csv"
     path.write_text("time_us;gyroscope_x_rad_s\n1.234.567;0,1234\n1.254.567;-0,25\n20.000;1,5\n")

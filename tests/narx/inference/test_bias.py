@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from narx.errors import RecordingError
-from narx.inference.bias import remove_static_bias
+from narx.inference.bias import check_known_start, remove_static_bias
 from narx.recordings.trial import ImuRecording
 
 
@@ -52,3 +52,18 @@ def test_a_window_is_not_longer_than_the_recording(seconds, window):
         assert "no 1 s at rest" in note
     else:
         assert f"from the quietest {window} removed" in note
+
+
+@pytest.mark.parametrize(("mean_deg_s", "missing", "message"), [
+    (19.0, 9, None), (21.0, 0, "turns by 21 deg/s in the first 0.2 s"),
+    (0.0, 12, r"the gyroscope's first 0\.12 s are missing"),
+])  # fmt: skip
+def test_a_known_start_is_there_and_slower_than_20_deg_s(mean_deg_s, missing, message):
+    one = recording(mean_deg_s, 0.0)
+    rate = one.gyroscope_rad_s.copy()
+    rate[:missing] = np.nan
+    if message is None:
+        check_known_start(one.time_s, rate, "x")
+        return
+    with pytest.raises(RecordingError, match=f"^x: start_pose=known, but .*{message}"):
+        check_known_start(one.time_s, rate, "x")

@@ -1,7 +1,4 @@
-"""Device files through reader, plausibility checks and shipped network to the true angles.
-
-Each row of the plausibility table in docs/predict.md is tried here or in tests/narx/recordings.
-"""
+"""Device files through reader, plausibility checks and shipped network to the true angles."""
 
 import re
 

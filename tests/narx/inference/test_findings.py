@@ -9,8 +9,8 @@ from narx.inference.findings import check_consistency, doubtful_note
 from narx.inference.stream import Quality
 
 
-def _check(gyroscope, accelerometer):
-    return check_consistency(gyroscope, accelerometer, 100.0, is_leg=True, where="walk.csv")
+def _check(gyroscope, accelerometer, is_leg=True):
+    return check_consistency(gyroscope, accelerometer, 100.0, is_leg=is_leg, where="walk.csv")
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +44,9 @@ def test_a_reversed_axis_of_a_sensor_that_only_turns_is_refused():
     assert _check(rate, force) == []
     with pytest.raises(RecordingError, match="turns the other way"):
         _check(-rate, force)
+    # another segment may be translated without rotation
+    (note,) = _check(-rate, force, is_leg=False)
+    assert "turns the other way" in note
 
 
 @pytest.mark.parametrize(("doubtful", "noted"), [(50, False), (51, True)])

@@ -54,6 +54,16 @@ def test_a_smaller_deviation_is_noted(walk):
     assert "is the sensor mounted otherwise" in note
 
 
+@pytest.mark.parametrize(("degrees", "found"), [(60.0, "nothing"), (65.0, "a note"), (75.0, "no")])
+def test_the_axis_may_turn_further_within_the_plane_of_y_and_z(walk, degrees, found):
+    rate = _turned(walk, "x", degrees)
+    if found == "no":
+        with pytest.raises(RecordingError, match="is the sensor mounted otherwise"):
+            _note(rate)
+        return
+    assert bool(_note(rate)) == (found == "a note")
+
+
 def test_a_reversed_axis_is_noted(walk):
     (note,) = _note(_turned(walk, "z", 180.0))
     assert "as if y pointed to the right" in note

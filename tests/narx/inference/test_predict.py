@@ -14,7 +14,7 @@ from narx.inference.tracker import PostureTracker
 from narx.kinematics.segment_angles import mirror_angular_rate, mirror_vector
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
-from narx.recordings.trial import ImuRecording
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
 from narx.training.initial_weights import leaky_integrator_weights
 
 BIAS_RAD_S = np.radians([1.5, -0.8, 2.0])
@@ -318,3 +318,20 @@ def test_a_tracker_receives_bias_uncertainty_and_accelerometer(walk):
     lacking = replace(walk, accelerometer_m_s2=np.full_like(walk.accelerometer_m_s2, np.nan))
     with pytest.raises(RecordingError, match="aided=true needs an accelerometer"):
         predict(lacking, aided, frame="anatomical")
+
+
+@pytest.mark.parametrize(
+    ("frame", "aided", "refused"),
+    [("walking", False, True), ("sensor", False, True), ("anatomical", True, True),
+     ("anatomical", False, False)],
+)  # fmt: skip
+def test_an_accelerometer_in_g_is_refused_where_it_is_needed(walk, frame, aided, refused):
+    in_g = sensor_on(walk)
+    in_g = replace(in_g, accelerometer_m_s2=in_g.accelerometer_m_s2 / GRAVITY_M_S2)
+    method = Checkpoint(checkpoint(5.0).model, tracker=PostureTracker(aided=True)).method()
+    method = method if aided else NETWORK
+    if not refused:
+        assert np.isfinite(predict(in_g, method, frame=frame).angles_rad).all()
+        return
+    with pytest.raises(RecordingError, match=r"^w: .* median size is 1 m/s\^2.*; g\?$"):
+        predict(in_g, method, frame=frame, where="w")

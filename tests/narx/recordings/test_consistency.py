@@ -1,11 +1,12 @@
 """The relation df/dt = -w x f holds on a walk; violations of it are detected."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from narx.recordings.consistency import contradiction, fit_rotation
+from narx.recordings.consistency import Fit, contradiction, fit_rotation, is_certain
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 
@@ -116,3 +117,36 @@ def test_only_frequencies_below_1_5_hz_are_compared():
     fast[:, 1] = np.cos(2 * np.pi * 6.0 * time_s)
     still = np.tile([0.0, 0.0, 9.81], (len(time_s), 1))
     assert fit_rotation(fast, still, 100.0) is None
+
+
+LOOSE = Fit(1.0, 0.5, np.ones(3), np.full(3, 9.0), 0.3, "xyz", 0.3)
+CLOSE = {"r2": 0.81, "r2_of_order": 0.81}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message", "certain"),
+    [
+        ({"correlation": -0.24}, None, False),
+        ({"correlation": -0.26}, "turns the other way", False),
+        ({"correlation": -0.46}, "turns the other way", True),
+        ({"correlation": -0.26, **CLOSE}, "turns the other way", True),
+        ({"slope": 0.09}, None, False),
+        ({"slope": 0.07}, "times as fast", True),
+        ({"slope": 0.07, "correlation": 0.24}, None, False),
+        ({"slope": 4.9}, None, False),
+        ({"slope": 5.1}, "times as fast", True),
+        ({"axes": np.array([1, -0.31, 1]), "t": np.array([9, -8.1, 9])}, "gyroscope y", False),
+        ({"axes": np.array([1, -0.31, 1]), "t": np.array([9, -7.9, 9])}, None, False),
+        ({"slope": 0.69}, None, False),
+        ({"slope": 0.69, **CLOSE}, "scale is wrong", True),
+        ({"slope": 0.71, **CLOSE}, None, True),
+        ({"order": "yxz", "r2_of_order": 0.81}, "columns are exchanged", True),
+        ({"order": "yxz", "r2_of_order": 0.79}, None, False),
+    ],
+)
+def test_limits_of_what_contradicts(changes, message, certain):
+    fit = replace(LOOSE, **changes)
+    found = contradiction(fit)
+    assert (found is None) == (message is None)
+    assert message is None or message in found
+    assert is_certain(fit) == certain

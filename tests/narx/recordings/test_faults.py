@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from narx.recordings.faults import repeats_of_a_slower_sensor, without_faults
+from narx.recordings.faults import repeated_share, repeats_of_a_slower_sensor, without_faults
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,14 @@ def test_faults_become_missing_and_are_counted(walk, damage):
     assert any(what in note and note.startswith(str(len(wrong))) for note in notes)
 
 
+@pytest.mark.parametrize(("rows", "found"), [(13, False), (14, True)])
+def test_an_axis_that_stays_for_a_quarter_of_a_second_is_stuck(walk, rows, found):
+    rate = walk.gyroscope_rad_s.copy()
+    rate[850 : 850 + rows, 1] = rate[850, 1]
+    missing = np.isnan(without_faults(walk.time_s, rate)[0]).any(axis=1)
+    assert set(np.flatnonzero(missing)) == (set(range(851, 850 + rows)) if found else set())
+
+
 def test_a_clean_walk_is_unchanged(walk):
     noise = np.random.default_rng(0).normal(0.0, 0.02, walk.gyroscope_rad_s.shape)
     for rate in (walk.gyroscope_rad_s, walk.gyroscope_rad_s + noise):
@@ -80,6 +88,28 @@ def test_a_slower_sensor_on_a_faster_clock(walk):
     assert not repeats[np.arange(801, len(held)) // 4 * 4].any()
     assert repeats[800:].mean() == pytest.approx(0.75, abs=0.01)
     assert repeats_of_a_slower_sensor(walk.gyroscope_rad_s) is None
+
+
+def test_repeats_in_runs_of_any_length_are_not_a_slower_sensor(walk):
+    """They are held values, which become missing."""
+    rate = walk.gyroscope_rad_s.copy()
+    for start, length in ((300, 2), (400, 300), (800, 3), (900, 2), (1000, 300)):
+        rate[start : start + length] = rate[start]
+    assert repeated_share(rate) > 0.3
+    assert repeats_of_a_slower_sensor(rate) is None
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "rows", "found"),
+    [(50.0, 2, False), (50.0, 3, True), (200.0, 4, False), (200.0, 7, True)],
+)
+def test_three_rows_over_30_ms_are_held(device_walk, rate_hz, rows, found):
+    fast = device_walk(rate_hz, 12.0)
+    rate, at = fast.gyroscope_rad_s.copy(), round(6.0 * rate_hz)
+    at += int(np.argmax(np.linalg.norm(rate[at:], axis=1)))
+    rate[at : at + rows] = rate[at]
+    missing = np.isnan(without_faults(fast.time_s, rate)[0]).any(axis=1)
+    assert set(np.flatnonzero(missing)) == (set(range(at + 1, at + rows)) if found else set())
 
 
 def test_a_spike_stands_out_from_all_other_samples():

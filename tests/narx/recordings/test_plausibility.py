@@ -74,6 +74,18 @@ def test_impossible_accelerations_are_missing(walk):
     assert len(admitted.notes) == 2
 
 
+@pytest.mark.parametrize(("impossible", "refused"), [(7, False), (8, True)])
+def test_half_a_per_cent_beyond_any_gyroscope_is_refused(walk, impossible, refused):
+    rate = walk.gyroscope_rad_s.copy()
+    rate[300 : 300 + 40 * impossible : 40] = np.radians(4600.0)
+    if refused:
+        with pytest.raises(RecordingError, match="4600 deg/s, beyond any gyroscope"):
+            admit(walk.recording(gyroscope_rad_s=rate), "w")
+        return
+    (note,) = admit(walk.recording(gyroscope_rad_s=rate), "w").notes
+    assert note.startswith(f"{impossible} samples beyond any gyroscope")
+
+
 @pytest.mark.parametrize(
     ("factor", "guess"),
     [(1 / GRAVITY_M_S2, "g"), (1e3 / GRAVITY_M_S2, r"mg or cm/s\^2"), (100.0, r"mg or cm/s\^2"),

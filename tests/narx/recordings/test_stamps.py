@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from narx.errors import RecordingError, UserError
+from narx.recordings.arrival import regular_clock
 from narx.recordings.stamps import checked_rate_hz, sampling_times
 
 
@@ -122,7 +123,10 @@ def test_an_interval_given_as_rate_is_pointed_out():
         checked_rate_hz(0.02, "rate")
 
 
-@pytest.mark.parametrize("period_s", [86400.0, 3600.0, 65.536, 2.0**32 * 1e-6])
+@pytest.mark.parametrize(
+    "period_s", [86400.0, 3600.0, 65.536, *(2.0**bits * unit for bits in (24, 32)
+                                            for unit in (1e-3, 1e-6))],
+)  # fmt: skip
 def test_a_time_of_day_and_a_counter_go_on_where_they_begin_again(device_walk, period_s):
     walk = device_walk(50.0, 30.0)
     stamps = (walk.time_s + period_s - 12.0) % period_s
@@ -168,3 +172,34 @@ def test_packets_of_a_clock_that_starts_at_zero_are_stamped_at_their_end(late):
     found = sampling_times(stamps, rates, "walk")
     np.testing.assert_allclose(found.time_s, time + late / 50.0, atol=1e-6)
     assert "of packets of 7 samples" in found.notes[-1]
+
+
+@pytest.mark.parametrize(("rate_hz", "message"), [
+    (4.9, r"4\.9 Hz.*at 5 Hz or more"), (5.1, None), (1.9e4, None),
+    (2.1e4, r"2\.1e\+04 Hz.*at 20000 Hz or less"),
+])  # fmt: skip
+def test_stamps_have_the_rate_of_an_inertial_sensor(rate_hz, message):
+    stamps, rates = np.arange(300) / rate_hz, np.zeros((300, 3))
+    if message is None:
+        np.testing.assert_array_equal(sampling_times(stamps, rates, "w").time_s, stamps)
+        return
+    with pytest.raises(RecordingError, match=message):
+        sampling_times(stamps, rates, "w")
+
+
+def test_sampling_that_is_itself_irregular_about_a_line_is_kept(device_walk):
+    """The deviations have no structure, but the signal is smooth on the stamps."""
+    time = np.arange(1500) / 50.0 + np.random.default_rng(5).uniform(-0.008, 0.008, 1500)
+    found = sampling_times(time, device_walk(time_s=time).gyroscope_rad_s, "w")
+    np.testing.assert_array_equal(found.time_s, time)
+    assert not found.notes
+
+
+def test_delays_that_grow_do_not_change_the_rate():
+    """The line is below the stamps: the fastest packets have no delay, early or late."""
+    time, rng = np.arange(3000) / 50.0, np.random.default_rng(6)
+    delay_s = rng.exponential(np.linspace(0.01, 0.05, 1500)).repeat(2)
+    stamps = np.maximum.accumulate(time[np.arange(3000) // 2 * 2 + 1] + delay_s)
+    clock_s, how = regular_clock(stamps)
+    assert how.startswith("stamps at arrival")
+    np.testing.assert_allclose(np.diff(clock_s) * 50.0, 1.0, atol=1e-4)
