@@ -54,7 +54,10 @@ TESTS = {
         STAMPS + "test_times_that_are_not_seconds_are_refused",
         STAMPS + "test_halves_in_the_wrong_order_are_not_sorted",
     ],
-    "gaps of days": [PLAUSIBILITY + "test_implausible_leg_motion_is_refused"],
+    "gaps of days": [
+        PLAUSIBILITY + "test_implausible_leg_motion_is_refused",
+        PLAUSIBILITY + "test_a_gap_of_hours_is_within_one_recording",
+    ],
     "two rates on one time axis": [
         PLAUSIBILITY + "test_two_rates_on_one_axis",
         PLAUSIBILITY + "test_single_missing_samples_are_no_other_rate",
@@ -106,6 +109,7 @@ TESTS = {
         CONSISTENCY + "test_only_frequencies_below_1_5_hz_are_compared",
         "narx/inference/test_findings.py::"
         "test_a_reversed_axis_of_a_sensor_that_only_turns_is_refused",
+        PREDICT + "test_a_gyroscope_that_contradicts_is_only_noted_in_the_sensor_frame",
     ],
     "frame=anatomical, but": [
         MOUNTING + "test_another_axis_is_refused_if_the_frame_was_assumed",

@@ -335,3 +335,13 @@ def test_an_accelerometer_in_g_is_refused_where_it_is_needed(walk, frame, aided,
         return
     with pytest.raises(RecordingError, match=r"^w: .* median size is 1 m/s\^2.*; g\?$"):
         predict(in_g, method, frame=frame, where="w")
+
+
+def test_a_gyroscope_that_contradicts_is_only_noted_in_the_sensor_frame(walk):
+    """A segment other than the leg may be translated without rotation."""
+    right = sensor_on(walk)
+    reversed_ = replace(right, gyroscope_rad_s=-right.gyroscope_rad_s)
+    notes = predict(reversed_, INTEGRATING, frame="sensor").notes
+    assert any("turns the other way" in note for note in notes)
+    with pytest.raises(RecordingError, match="turns the other way"):
+        predict(reversed_, INTEGRATING, frame="anatomical")

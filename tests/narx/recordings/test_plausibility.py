@@ -45,6 +45,12 @@ def test_implausible_leg_motion_is_refused(walk, change, message):
     assert "\n" not in str(caught.value)
 
 
+def test_a_gap_of_hours_is_within_one_recording(walk):
+    """3 million ticks of the clock, of 5 million."""
+    time_s = walk.time_s + 6e4 * (walk.time_s > 10)
+    np.testing.assert_array_equal(admit(walk.recording(time_s=time_s), "w").time_s, time_s)
+
+
 @pytest.mark.parametrize("rate_hz", [10.0, 20.0])
 def test_a_slow_sensor_is_not_taken_for_times_in_tenths(device_walk, rate_hz):
     walk = device_walk(rate_hz, 60.0)
