@@ -115,6 +115,7 @@ TESTS = {
         MOUNTING + "test_another_axis_is_refused_if_the_frame_was_assumed",
         MOUNTING + "test_a_smaller_deviation_is_noted",
         MOUNTING + "test_the_axis_may_turn_further_within_the_plane_of_y_and_z",
+        MOUNTING + "test_only_a_dominant_axis_of_a_fast_swing_is_judged",
         MOUNTING + "test_a_reversed_axis_is_noted",
         MOUNTING + "test_movements_other_than_walking_are_not_judged",
     ],

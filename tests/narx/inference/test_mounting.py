@@ -52,11 +52,31 @@ def test_another_axis_is_refused_if_the_frame_was_assumed(walk):
 def test_a_smaller_deviation_is_noted(walk):
     (note,) = _note(_turned(walk, "z", 50.0))
     assert "is the sensor mounted otherwise" in note
+    # more than 55 degrees out of the plane of y and z
+    with pytest.raises(RecordingError, match="is the sensor mounted otherwise"):
+        _note(_turned(walk, "z", 66.0))
 
 
 @pytest.mark.parametrize(("degrees", "found"), [(60.0, "nothing"), (65.0, "a note"), (75.0, "no")])
 def test_the_axis_may_turn_further_within_the_plane_of_y_and_z(walk, degrees, found):
     rate = _turned(walk, "x", degrees)
+    if found == "no":
+        with pytest.raises(RecordingError, match="is the sensor mounted otherwise"):
+            _note(rate)
+        return
+    assert bool(_note(rate)) == (found == "a note")
+
+
+@pytest.mark.parametrize(
+    ("share", "rms_deg_s", "found"),
+    [(0.55, 90.0, "nothing"), (0.65, 90.0, "a note"), (0.75, 90.0, "no"), (0.75, 29.0, "no"),
+     (0.75, 21.0, "nothing")],
+)  # fmt: skip
+def test_only_a_dominant_axis_of_a_fast_swing_is_judged(share, rms_deg_s, found):
+    """A swing about x, with harmonics of it about y and z."""
+    phase = 2.0 * np.pi * 0.9 * np.arange(2000)[:, None] / 50.0
+    size = np.sqrt([share, 0.5 * (1.0 - share), 0.5 * (1.0 - share)])
+    rate = np.radians(rms_deg_s) * np.sqrt(2.0) * size * np.sin(phase * [1, 2, 3])
     if found == "no":
         with pytest.raises(RecordingError, match="is the sensor mounted otherwise"):
             _note(rate)
