@@ -126,6 +126,7 @@ TESTS = {
     "accelerometer in g, mg, counts": [
         PLAUSIBILITY + "test_an_accelerometer_in_another_unit_is_named",
         PREDICT + "test_an_accelerometer_in_g_is_refused_where_it_is_needed",
+        "narx/inference/test_session.py::test_invalid_input_is_refused_in_one_line",
     ],
     "`still_s` over movement": [
         "narx/inference/test_bias.py::test_a_part_declared_still_may_sway_by_5_deg_s",

@@ -135,6 +135,9 @@ def test_without_rest_the_start_is_unknown(trial, method):
             s["shank_right"], accelerometer_m_s2=s["shank_right"].accelerometer_m_s2 * np.nan)},
          {}, "'shank_right' has no accelerometer"),
         (lambda s: s | {"shank_right": replace(
+            s["shank_right"], accelerometer_m_s2=s["shank_right"].accelerometer_m_s2 / 9.80665)},
+         {}, "session: shank_right: the accelerometer's median size is .*; g"),
+        (lambda s: s | {"shank_right": replace(
             s["shank_right"], gyroscope_rad_s=np.degrees(s["shank_right"].gyroscope_rad_s))},
          {}, "session: shank_right: the gyroscope reaches"),
         (lambda s: s | {"shank_right": replace(
