@@ -16,35 +16,54 @@ from narx.experiments.predictions.angle_files import check_suffix
 from narx.experiments.predictions.bulk import is_bulk, jobs_of_files, run_all
 from narx.experiments.predictions.jobs import trial_jobs
 from narx.experiments.predictions.partitions import is_partitioned, part_jobs
-from narx.experiments.predictions.provenance import write_provenance
-from narx.experiments.predictions.session import predict_files, session_files
+from narx.experiments.predictions.provenance import hashes_of, write_provenance
+from narx.experiments.predictions.session import BESIDE, predict_files, session_files
 from narx.experiments.predictions.single import predict_file
+from narx.experiments.sources import data_sha256
 
 
 def _predict(cfg: DictConfig) -> None:
     target = Path(str(cfg.output))
     if (cfg.input is None) == (not cfg.data):
         raise UserError("input and data: expected one of them, a file or a source of recordings")
+    if cfg.align != "auto" and (cfg.data or not isinstance(cfg.input, DictConfig)):
+        raise UserError(
+            f"align is {cfg.align}, which is for input={{SEGMENT: FILE, ...}}; expected auto (a "
+            "study has its own align in study.yaml)"
+        )
     if cfg.format == "motion_bids" and not cfg.data:
         raise UserError(
-            "format is 'motion_bids', expected data=study with it, which names subjects and tasks "
-            "(narx-draft-study); the output of one recording may end in _motion.tsv"
+            "format is 'motion_bids', expected data= with it, such as data=study, which names "
+            "subjects and tasks (narx-draft-study); one recording's output may end in _motion.tsv"
         )
     if cfg.data:
-        run_all(trial_jobs(cfg, target), target, cfg)
+        run_all(trial_jobs(cfg, target), target, cfg, data_sha256(cfg))
         return
     if not isinstance(cfg.input, DictConfig) and is_bulk(str(cfg.input)):
-        run_all(jobs_of_files(cfg, target), target, cfg)
+        jobs = jobs_of_files(cfg, target)
+        run_all(jobs, target, cfg, hashes_of(job.file for job in jobs))
         return
     files = session_files(cfg.input) if isinstance(cfg.input, DictConfig) else None
     sources = list(files.values()) if files else [Path(str(cfg.input))]
-    for source in sources:
-        if target.exists() and source.exists() and target.samefile(source):
-            raise UserError(f"output: '{target}' is also the input, expected another name")
     if files is not None and is_partitioned(files, target):
-        run_all(part_jobs(cfg, files, target), target, cfg)
+        if cfg.align not in ("auto", "stamps"):
+            raise UserError(
+                f"align is {cfg.align}, and a session in parts is aligned by its time stamps; "
+                "expected auto or stamps"
+            )
+        run_all(part_jobs(cfg, files, target), target, cfg, hashes_of(sources))
         return
     check_suffix(target)
+    beside = ("record.json", *(BESIDE if files else ()))
+    written = [target, *(target.with_name(f"{target.stem}_{name}") for name in beside)]
+    _check_free(written, sources)
+    own = {path.resolve() for path in written}
+    # a folder of recordings may hold earlier angles
+    hashes = {
+        path: digest
+        for path, digest in hashes_of(sources).items()
+        if Path(path).resolve() not in own
+    }
     if files is not None:
         notes = predict_files(cfg, files, target)
     else:
@@ -52,7 +71,17 @@ def _predict(cfg: DictConfig) -> None:
         notes = prediction.notes
         print(*notes, sep="\n")
         print(f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles")
-    write_provenance(cfg, target.with_name(f"{target.stem}_record.json"), sources, notes)
+    write_provenance(cfg, written[1], hashes, notes)
+
+
+def _check_free(written: list[Path], sources: list[Path]) -> None:
+    """Refuse output that would replace a folder or one of the recordings."""
+    for path in written:
+        if path.is_dir():
+            raise UserError(f"output: '{path}' is a folder, expected another name")
+        for source in sources:
+            if path.exists() and source.exists() and path.samefile(source):
+                raise UserError(f"output: '{path}' is also the input, expected another name")
 
 
 main = command("predict", keeps_run=False)(_predict)

@@ -1,6 +1,7 @@
 """Predict many recordings: files of a folder, or trials of a source; interruptions are resumed."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from tqdm import tqdm
 
 from narx.datasets.apdm_file import SUFFIXES as APDM_SUFFIXES
 from narx.errors import UserError
-from narx.experiments.predictions.jobs import Job, Outcome, file_jobs
+from narx.experiments.predictions.jobs import FileJob, Job, Outcome, file_jobs
 from narx.experiments.predictions.motion_bids_files import write_description
 from narx.experiments.predictions.provenance import write_provenance
 from narx.experiments.predictions.workers import outcomes
@@ -42,7 +43,7 @@ def is_bulk(value: str) -> bool:
     return any(letter in value for letter in "*?[") and not path.exists()
 
 
-def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
+def jobs_of_files(cfg: DictConfig, folder: Path) -> list[FileJob]:
     """Create a job for every recording in a folder or matching a pattern.
 
     Parameters
@@ -54,7 +55,7 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
 
     Returns
     -------
-    list of Job
+    list of FileJob
         Jobs in the order of the names.
 
     Raises
@@ -88,17 +89,21 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
     return file_jobs(cfg, folder, root, files)
 
 
-def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
+def run_all(
+    jobs: Sequence[Job], folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]
+) -> None:
     """Predict every recording, and write a table with the outcome of each.
 
     Parameters
     ----------
-    jobs : list of Job
+    jobs : sequence of Job
         Jobs to run.
     folder : pathlib.Path
         Folder for the angles, for ``summary.csv`` and for ``record.json``.
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``: ``jobs`` and ``scheduler``.
+    data_sha256 : mapping of str to str
+        Hash of each recording or source, for the record.
 
     Raises
     ------
@@ -108,9 +113,12 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise UserError(f"output: '{folder}' is a file, expected a folder for many recordings")
+    for name in (SUMMARY, RECORD, JOURNAL):
+        if (folder / name).is_dir():
+            raise UserError(f"output: '{folder / name}' is a folder, expected another output")
     folder.mkdir(parents=True, exist_ok=True)
     remove_temporaries(folder, _ABANDONED_S)
-    write_provenance(cfg, folder / RECORD)
+    write_provenance(cfg, folder / RECORD, data_sha256)
     if cfg.format == "motion_bids":
         write_description(folder)
     earlier = _finished(folder)

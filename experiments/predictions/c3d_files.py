@@ -19,8 +19,8 @@ _LATEST_SAMPLES = 0.5
 def write_c3d(table: pd.DataFrame, path: Path) -> None:
     """Write each segment and joint as a point of the group ANGLES: x, y, z are the three angles.
 
-    Standard deviations are points with ``_std`` after the name. Missing angles are missing points;
-    `quality` is left out.
+    Standard deviations are points with ``_std`` after the name. Missing angles are invalid points
+    (residual -1); `quality` is left out.
 
     Parameters
     ----------
@@ -57,8 +57,13 @@ def write_c3d(table: pd.DataFrame, path: Path) -> None:
     file.add_parameter("POINT", "ANGLES", list(points))
     file.add_parameter("POINT", "ANGLE_UNITS", "deg")
     file["data"]["points"] = data
+    missing = np.isnan(data[:3]).any(axis=0)
+    file["data"]["meta_points"]["residuals"] = np.where(missing, -1.0, 0.0)[None]
     with atomic_path(path) as temporary:
-        file.write(str(temporary))
+        # ezc3d appends the suffix unless it is in small letters
+        written = temporary.with_suffix(".c3d")
+        file.write(str(written))
+        written.replace(temporary)
 
 
 def _rate_hz(time_s: np.ndarray, path: Path) -> float:

@@ -154,7 +154,7 @@ def _sources(configuration: str) -> dict[str, TrialSource]:
     return open_sources(cfg)
 
 
-def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> list[Job]:
+def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> list[FileJob]:
     """Create a job for every file.
 
     Parameters
@@ -168,11 +168,11 @@ def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> l
 
     Returns
     -------
-    list of Job
+    list of FileJob
         Jobs in the order of the files.
     """
     options = _options(cfg)
-    jobs: list[Job] = []
+    jobs = []
     for file in files:
         relative = file.relative_to(root)
         target = folder / relative.with_name(_name_of_angles(relative.name, cfg.format))

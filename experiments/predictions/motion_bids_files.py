@@ -123,7 +123,7 @@ def write_motion_bids(table: pd.DataFrame, path: Path) -> None:
 
 def _channel(name: str) -> dict[str, str]:
     point, kind, units = "n/a", "MISC", "n/a"
-    description = "what stands behind the sample: 0 the network (docs/predict.md)"
+    description = "0 network, 1 after a gap, 2 missing, 3 start-up or no walking, 4 unlike a leg"
     column = angle_column(name)
     if name == "time_s":
         kind, units, description = "LATENCY", "s", "time of the sample"

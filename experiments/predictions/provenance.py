@@ -1,6 +1,6 @@
 """The record beside angles: with which options, network, code and data they were made."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from omegaconf import DictConfig
@@ -14,8 +14,25 @@ from narx.inference.pretrained import load_or_pretrained
 _WITHOUT_EFFECT = ("jobs", "scheduler")
 
 
+def hashes_of(files: Iterable[Path]) -> dict[str, str]:
+    """Hash recordings.
+
+    Parameters
+    ----------
+    files : iterable of pathlib.Path
+        Files, or folders, whose files are hashed one by one.
+
+    Returns
+    -------
+    dict of str to str
+        SHA-256 by path.
+    """
+    found = [sorted(file.rglob("*")) if file.is_dir() else [file] for file in files]
+    return {str(one): sha256_of(one) for several in found for one in several if one.is_file()}
+
+
 def write_provenance(
-    cfg: DictConfig, path: Path, files: Sequence[Path] = (), notes: Sequence[str] = ()
+    cfg: DictConfig, path: Path, data_sha256: Mapping[str, str], notes: Sequence[str] = ()
 ) -> None:
     """Write the provenance of predicted angles as JSON.
 
@@ -28,8 +45,8 @@ def write_provenance(
         As ``configs/predict.yaml``.
     path : pathlib.Path
         Destination.
-    files : sequence of pathlib.Path
-        Recordings that were read. The files of a folder are listed one by one.
+    data_sha256 : mapping of str to str
+        Hash of each recording or source.
     notes : sequence of str
         What was done to the recordings.
 
@@ -38,15 +55,13 @@ def write_provenance(
     UserError
         If the network cannot be loaded.
     """
-    found = [sorted(file.rglob("*")) if file.is_dir() else [file] for file in files]
-    sources = {str(one): sha256_of(one) for several in found for one in several if one.is_file()}
     settings = settings_of(cfg)
     write_json(
         {
             "configuration": {k: v for k, v in settings.items() if k not in _WITHOUT_EFFECT},
             "network_sha256": load_or_pretrained(cfg.checkpoint).sha256,
             "notes": list(notes),
-            "environment": _without_command(environment(None, sources)),
+            "environment": _without_command(environment(None, data_sha256)),
         },
         path,
     )

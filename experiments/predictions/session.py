@@ -18,6 +18,9 @@ from narx.inference.pretrained import load_or_pretrained
 from narx.inference.session import SessionPrediction, SessionStart, predict_session
 from narx.recordings.trial import Trial
 
+# files beside the angles, after their name
+BESIDE = ("strides.csv", "cycle.csv", "cycle.png")
+
 
 def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> tuple[str, ...]:
     """Predict a session and write all its output.

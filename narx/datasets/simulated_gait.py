@@ -146,8 +146,7 @@ class SimulatedGait(TrialSource):
         self.trials_per_condition = trials_per_condition
         self.treadmill_duration_s = treadmill_duration_s
         self._pauses = Pauses(pauses_s, sits)
-        walks_s = TREADMILL_STAND_S + TREADMILL_RISE_S
-        self._pauses.check(walks_s, treadmill_duration_s if on_treadmill else 0.0)
+        self._pauses.check(protocol, TREADMILL_STAND_S + TREADMILL_RISE_S, treadmill_duration_s)
         self.stand_s, self.steps = stand_s, steps
         self.sampling_rate_hz = sampling_rate_hz
         self.ideal = ideal

@@ -1,6 +1,9 @@
 """Run any causal method sample by sample: one or many sensors, with lost samples and jitter."""
 
 import copy
+import hashlib
+import pickle
+from collections.abc import Mapping
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -15,6 +18,8 @@ from narx.types import FloatArray
 
 _new = tuple.__new__
 _NOT_NUMBERS = TypeError, ValueError, OverflowError
+# some kilobytes each
+_MOST_SENSORS = 1_000_000
 
 
 class Quality(IntEnum):
@@ -100,9 +105,12 @@ class OrientationStream:
             )
         rate_hz = checked_rate_hz(sampling_rate_hz, "sampling_rate_hz")
         if n_sensors is not None and not (
-            isinstance(n_sensors, int | np.integer) and n_sensors >= 1
+            isinstance(n_sensors, int | np.integer) and 1 <= n_sensors <= _MOST_SENSORS
         ):
-            raise UserError(f"n_sensors is {shown(n_sensors)}, expected a whole number from 1")
+            raise UserError(
+                f"n_sensors is {shown(n_sensors)}, expected a whole number from 1 to "
+                f"{_MOST_SENSORS}"
+            )
         n = 1 if n_sensors is None else int(n_sensors)
         self._lead = () if n_sensors is None else (n,)
         starts = None
@@ -115,9 +123,12 @@ class OrientationStream:
                 )
             starts = np.broadcast_to(starts, (n, 3)).copy()
         n_columns = 6 if method.needs_accelerometer else 3
-        self._clocked = method.recursion(rate_hz, n, starts).clocked(
-            method.clock_numbers(1.0 / rate_hz), (n, n_columns), method.stds_rad()
-        )
+        numbers, stds = method.clock_numbers(1.0 / rate_hz), method.stds_rad()
+        self._clocked = method.recursion(rate_hz, n, starts).clocked(numbers, (n, n_columns), stds)
+        # a state says nothing about the constants it belongs to
+        alone = method.recursion(rate_hz, 1, None).clocked(numbers, (1, n_columns), stds)
+        constants = hashlib.sha256(pickle.dumps(alone)).hexdigest()
+        self._arguments = type(method).__qualname__, rate_hz, n_sensors, constants
         self._one = n, 1, n_columns
         self._of_a_sample = (*self._lead, n_columns)
         self._no_stamps = np.empty((n, 0))
@@ -218,6 +229,9 @@ class OrientationStream:
             raise UserError(f"time_s has the shape {times.shape}, expected {wanted}") from error
         return stamps
 
+    def __copy__(self) -> "OrientationStream":
+        return copy.deepcopy(self)
+
     def state_dict(self) -> dict[str, Any]:
         """Return a copy of the state.
 
@@ -241,7 +255,11 @@ class OrientationStream:
         UserError
             If it is the state of a stream with different arguments.
         """
-        if set(state) != set(vars(self)) or state["_lead"] != self._lead:
+        if (
+            not isinstance(state, Mapping)
+            or set(state) != set(vars(self))
+            or state["_arguments"] != self._arguments
+        ):
             raise UserError("the state belongs to a stream with different arguments")
         vars(self).update(copy.deepcopy(state))
 

@@ -32,25 +32,29 @@ class Pauses:
     parts_s: Sequence[tuple[float, float]] = ()
     sits: bool = False
 
-    def check(self, first_s: float, last_s: float) -> None:
+    def check(self, protocol: str, first_s: float, last_s: float) -> None:
         """Refuse pauses that the walk has no room for.
 
         Parameters
         ----------
+        protocol : str
+            Of the recording.
         first_s, last_s : float
             Full steps from then on, and end of the recording, s.
 
         Raises
         ------
         UserError
-            If a pause is too short, overlaps the one before, or is outside.
+            If the walk is not on a treadmill, or a pause is too short, overlaps the one before, or is outside.
         """
+        if self.parts_s and protocol != "treadmill":
+            raise UserError(f"pauses_s is for protocol=treadmill, found protocol={protocol}")
         least_s = 2.0 * (HALT_S + SIT_S * self.sits)
         before_s = first_s
         for begin, end in self.parts_s:
             if not (before_s <= begin and begin + least_s <= end <= last_s):
                 raise UserError(
-                    f"simulated_gait: pauses_s has [{begin:g}, {end:g}], expected parts of at "
+                    f"pauses_s has [{begin:g}, {end:g}], expected parts of at "
                     f"least {least_s:g} s, one after another, from {first_s:g} to {last_s:g} s"
                 )
             before_s = end

@@ -140,6 +140,7 @@ def test_a_damaged_file_is_named_and_nothing_written(run_command, folder, damage
         (["output=new/a.csv", "still_s=[90,99]"], "walk.csv: no gyroscope sample in still_s"),
         (["output=new/a.csv", "checkpoint=walk.csv"], "checkpoint: 'walk.csv' is not a network"),
         (["output=walk.csv"], "output: 'walk.csv' is also the input"),
+        (["output=new/a.csv", "align={thigh_right: 3}"], "which is for input={SEGMENT: FILE"),
         (["output=net.pt/a.csv"], "'net.pt/a.csv' cannot be written"),
         ([], "output"),
     ],

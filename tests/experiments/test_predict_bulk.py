@@ -64,6 +64,9 @@ def test_each_file_is_independent_and_its_name_gives_the_side(run_command, folde
         assert (folder / f"out/S1/thigh_{side}_csv_angles.csv").read_bytes() == alone
     record = json.loads((folder / "out" / "record.json").read_text())
     assert record["configuration"]["input"] == "in/**/thigh_*.csv"
+    assert {"in/S1/thigh_right.csv", "in/S1/thigh_left.csv"} <= set(
+        record["environment"]["data_sha256"]
+    )
 
 
 def test_finished_files_are_kept_and_killed_ones_repeated(run_command, folder):

@@ -154,7 +154,7 @@ def test_motion_bids(run_command, folder):
     assert "expected sub-<label>" in err
     status, _, err, _ = run_command("predict", INPUT, "output=out", "format=motion_bids")
     assert (status, len(err.splitlines())) == (2, 1)
-    assert "expected data=study" in err
+    assert "expected data= with it" in err
 
 
 def test_an_event_aligns_the_sensors(run_command, folder):
@@ -170,9 +170,10 @@ def test_an_event_aligns_the_sensors(run_command, folder):
 
 def test_c3d(run_command, folder):
     ezc3d = pytest.importorskip("ezc3d")
-    for output in ("knee.c3d", "knee.csv"):
+    for output in ("knee.c3d", "KNEE.C3D", "knee.csv"):
         status, _, err, _ = run_command("predict", INPUT, f"output={output}")
         assert (status, err) == (0, "")
+    assert (folder / "KNEE.C3D").read_bytes() == (folder / "knee.c3d").read_bytes()
     expected = pd.read_csv("knee.csv")
     file = ezc3d.c3d("knee.c3d")
     about = file["parameters"]["POINT"]
@@ -186,6 +187,30 @@ def test_c3d(run_command, folder):
         ]
         read = file["data"]["points"][:3, labels.index(point)].T
         np.testing.assert_allclose(read, expected[names], rtol=1e-6, atol=1e-5)
+
+
+def test_no_output_replaces_a_recording_or_a_folder(run_command, folder):
+    (folder / "w_strides.csv").write_bytes((folder / "thigh.csv").read_bytes())
+    both = "input={thigh_right: w_strides.csv, shank_right: shänk.csv}"
+    status, _, err, _ = run_command("predict", both, "output=w.csv")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "'w_strides.csv' is also the input" in err
+    (folder / "x_record.json").mkdir()
+    status, _, err, _ = run_command("predict", INPUT, "output=x.csv")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "'x_record.json' is a folder" in err
+    assert not (folder / "x.csv").exists()
+
+
+def test_invalid_points_have_the_residual_of_c3d(tmp_path):
+    ezc3d = pytest.importorskip("ezc3d")
+    table = pd.DataFrame({"time_s": [0.0, 0.01, 0.02]} | {
+        f"{axis}_deg": [1.0, np.nan, 3.0] for axis in ("sagittal", "frontal", "transverse")
+    })  # fmt: skip
+    write_angles(table, tmp_path / "a.c3d")
+    data = ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]
+    assert data["meta_points"]["residuals"].ravel().tolist() == [0.0, -1.0, 0.0]
+    np.testing.assert_array_equal(data["points"][0, 0], [1.0, np.nan, 3.0])
 
 
 @pytest.mark.parametrize(

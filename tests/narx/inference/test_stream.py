@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from narx.baselines import ComplementaryFilter
+from narx.baselines import ComplementaryFilter, LeakyIntegrator
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.narx_method import NarxMethod
@@ -103,7 +103,9 @@ def test_many_sensors_are_each_alone(method, rates):
     assert (alone.quality == Quality.GOOD).any()
 
 
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))])
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))]
+)
 def test_a_copy_is_independent(method, rates, copied):
     angles, _ = whole(method, rates, None)
     stream = OrientationStream(method, RATE_HZ)
@@ -122,9 +124,22 @@ def test_a_state_comes_back(method, rates):
     for _ in range(2):  # loading the state does not modify it
         stream.load_state_dict(state)
         np.testing.assert_array_equal(stream.update_block(rates[700:]).angles_rad, angles[700:])
-    for other in ({}, OrientationStream(method, RATE_HZ, n_sensors=2).state_dict()):
+    others = (
+        OrientationStream(method, RATE_HZ, n_sensors=2),
+        OrientationStream(LeakyIntegrator(coupled=True), RATE_HZ),
+        OrientationStream(LeakyIntegrator(coupled=True), 0.5 * RATE_HZ),
+    )
+    for other in ({}, None, *(one.state_dict() for one in others)):
         with pytest.raises(UserError, match="state belongs to a stream with different arguments"):
             stream.load_state_dict(other)
+
+
+def test_a_state_belongs_to_its_constants():
+    of = {hz: OrientationStream(ComplementaryFilter(crossover_hz=hz), RATE_HZ) for hz in (0.1, 0.2)}
+    same = OrientationStream(ComplementaryFilter(crossover_hz=0.1), RATE_HZ)
+    same.load_state_dict(of[0.1].state_dict())
+    with pytest.raises(UserError, match="different arguments"):
+        same.load_state_dict(of[0.2].state_dict())
 
 
 def test_quality_of_every_sample(method, rates):

@@ -62,5 +62,5 @@ def test_pauses_without_room_are_refused(pauses_s, sits):
 
 
 def test_pauses_are_those_of_a_treadmill():
-    with pytest.raises(UserError, match="pauses_s has"):
+    with pytest.raises(UserError, match="pauses_s is for protocol=treadmill"):
         SimulatedGait(protocol="stand_walk_stand", pauses_s=[[12.0, 20.0]])
