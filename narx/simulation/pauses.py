@@ -45,7 +45,8 @@ class Pauses:
         Raises
         ------
         UserError
-            If the walk is not on a treadmill, or a pause is too short, overlaps the one before, or is outside.
+            If the walk is not on a treadmill, or a pause is too short, overlaps the one before, or
+            is outside.
         """
         if self.parts_s and protocol != "treadmill":
             raise UserError(f"pauses_s is for protocol=treadmill, found protocol={protocol}")
