@@ -65,7 +65,7 @@ def main() -> None:
             subprocess.run(
                 [
                     browser, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
-                    "--window-size=1400,900", f"--virtual-time-budget={PATIENCE_MS}",
+                    "--window-size=1800,900", f"--virtual-time-budget={PATIENCE_MS}",
                     f"--user-data-dir={scratch}/browser", f"--screenshot={PICTURE}",
                     f"{url}/#hparams",
                 ],
