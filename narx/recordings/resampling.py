@@ -117,12 +117,12 @@ def resample_vectors(
     clock = np.asarray(new_time_s, dtype=float)
     resampled = np.full((len(clock), data.shape[1]), np.nan)
     interval = (clock[-1] - clock[0]) / (len(clock) - 1)
+    # stamps since 1970 are multiples of 0.2 us
+    rounding = 1e-6 * interval + 2.0 * np.spacing(np.abs(clock).max())
     for piece in contiguous_pieces(time, np.isfinite(data).all(axis=1), max_gap_s):
         if piece.size < 2:
             continue
-        begin, end = np.searchsorted(
-            clock, [time[piece[0]] - 1e-6 * interval, time[piece[-1]] + 1e-6 * interval]
-        )
+        begin, end = np.searchsorted(clock, [time[piece[0]] - rounding, time[piece[-1]] + rounding])
         if begin == end:
             continue
         # relative to the first sample: large time stamps would reduce the precision of the spline

@@ -127,3 +127,12 @@ def test_slerp_follows_a_constant_turn_and_leaves_gaps():
     expected = Rotation.from_rotvec(clock[there, None] * turn)
     error = (Rotation.from_quat(resampled[there], scalar_first=True).inv() * expected).magnitude()
     assert error.max() < 1e-9
+
+
+@pytest.mark.parametrize("begin_s", [0.0, 1e5, 1.7e9])
+def test_no_sample_is_lost_by_the_rounding_of_large_stamps(begin_s):
+    time_s = np.round(begin_s + 0.01 * np.arange(3000), 4)
+    clock_s = np.linspace(time_s[0], time_s[-1], 3000)
+    values = np.sin(0.06 * np.arange(3000))[:, None]
+    resampled = resample_vectors(time_s, values, clock_s, max_gap_s=0.05)
+    np.testing.assert_allclose(resampled, values, atol=1e-6 if begin_s < 1e9 else 1e-4)
