@@ -19,7 +19,6 @@ from narx.experiments.predictions.partitions import is_partitioned, part_jobs
 from narx.experiments.predictions.provenance import hashes_of, write_provenance
 from narx.experiments.predictions.session import BESIDE, predict_files, session_files
 from narx.experiments.predictions.single import predict_file
-from narx.experiments.sources import data_sha256
 
 
 def _predict(cfg: DictConfig) -> None:
@@ -37,11 +36,10 @@ def _predict(cfg: DictConfig) -> None:
             "subjects and tasks (narx-draft-study); one recording's output may end in _motion.tsv"
         )
     if cfg.data:
-        run_all(trial_jobs(cfg, target), target, cfg, data_sha256(cfg))
+        run_all(trial_jobs(cfg, target), target, cfg)
         return
     if not isinstance(cfg.input, DictConfig) and is_bulk(str(cfg.input)):
-        jobs = jobs_of_files(cfg, target)
-        run_all(jobs, target, cfg, hashes_of(job.file for job in jobs))
+        run_all(jobs_of_files(cfg, target), target, cfg)
         return
     files = session_files(cfg.input) if isinstance(cfg.input, DictConfig) else None
     sources = list(files.values()) if files else [Path(str(cfg.input))]
@@ -51,19 +49,12 @@ def _predict(cfg: DictConfig) -> None:
                 f"align is {cfg.align}, and a session in parts is aligned by its time stamps; "
                 "expected auto or stamps"
             )
-        run_all(part_jobs(cfg, files, target), target, cfg, hashes_of(sources))
+        run_all(part_jobs(cfg, files, target), target, cfg)
         return
     check_suffix(target)
     beside = ("record.json", *(BESIDE if files else ()))
     written = [target, *(target.with_name(f"{target.stem}_{name}") for name in beside)]
     _check_free(written, sources)
-    own = {path.resolve() for path in written}
-    # a folder of recordings may hold earlier angles
-    hashes = {
-        path: digest
-        for path, digest in hashes_of(sources).items()
-        if Path(path).resolve() not in own
-    }
     if files is not None:
         notes = predict_files(cfg, files, target)
     else:
@@ -71,7 +62,11 @@ def _predict(cfg: DictConfig) -> None:
         notes = prediction.notes
         print(*notes, sep="\n")
         print(f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles")
-    write_provenance(cfg, written[1], hashes, notes)
+    # a folder of recordings may hold the angles
+    own = {path.resolve() for path in written}
+    hashes = hashes_of(sources).items()
+    read = {path: digest for path, digest in hashes if Path(path).resolve() not in own}
+    write_provenance(cfg, written[1], read, notes)
 
 
 def _check_free(written: list[Path], sources: list[Path]) -> None:

@@ -1,7 +1,6 @@
 """Predict many recordings: files of a folder, or trials of a source; interruptions are resumed."""
 
 import json
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,11 +10,13 @@ from tqdm import tqdm
 
 from narx.datasets.apdm_file import SUFFIXES as APDM_SUFFIXES
 from narx.errors import UserError
-from narx.experiments.predictions.jobs import FileJob, Job, Outcome, file_jobs
+from narx.experiments.predictions.jobs import Job, Outcome, file_jobs
 from narx.experiments.predictions.motion_bids_files import write_description
-from narx.experiments.predictions.provenance import write_provenance
+from narx.experiments.predictions.provenance import hashes_of, write_provenance
 from narx.experiments.predictions.workers import outcomes
+from narx.experiments.sources import data_sha256
 from narx.files import atomic_path, remove_temporaries
+from narx.inference.pretrained import load_or_pretrained
 from narx.recordings.input_file import is_bundle
 
 READABLE = (".csv", ".txt", ".tsv", ".parquet", ".pq", ".mat", ".zip", ".gz", *APDM_SUFFIXES)
@@ -43,7 +44,7 @@ def is_bulk(value: str) -> bool:
     return any(letter in value for letter in "*?[") and not path.exists()
 
 
-def jobs_of_files(cfg: DictConfig, folder: Path) -> list[FileJob]:
+def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
     """Create a job for every recording in a folder or matching a pattern.
 
     Parameters
@@ -55,7 +56,7 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[FileJob]:
 
     Returns
     -------
-    list of FileJob
+    list of Job
         Jobs in the order of the names.
 
     Raises
@@ -89,21 +90,17 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[FileJob]:
     return file_jobs(cfg, folder, root, files)
 
 
-def run_all(
-    jobs: Sequence[Job], folder: Path, cfg: DictConfig, data_sha256: Mapping[str, str]
-) -> None:
+def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     """Predict every recording, and write a table with the outcome of each.
 
     Parameters
     ----------
-    jobs : sequence of Job
+    jobs : list of Job
         Jobs to run.
     folder : pathlib.Path
         Folder for the angles, for ``summary.csv`` and for ``record.json``.
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``: ``jobs`` and ``scheduler``.
-    data_sha256 : mapping of str to str
-        Hash of each recording or source, for the record.
 
     Raises
     ------
@@ -118,7 +115,7 @@ def run_all(
             raise UserError(f"output: '{folder / name}' is a folder, expected another output")
     folder.mkdir(parents=True, exist_ok=True)
     remove_temporaries(folder, _ABANDONED_S)
-    write_provenance(cfg, folder / RECORD, data_sha256)
+    load_or_pretrained(cfg.checkpoint)  # refuses a bad network at once, not with every recording
     if cfg.format == "motion_bids":
         write_description(folder)
     earlier = _finished(folder)
@@ -137,6 +134,9 @@ def run_all(
             done[outcome.file] = outcome
             journal.write(json.dumps(asdict(outcome)) + "\n")
             journal.flush()
+    # what was refused may be too large to read, or endless
+    read = [file for job in jobs if done[job.name].status != "refused" for file in job.recordings]
+    write_provenance(cfg, folder / RECORD, hashes_of(dict.fromkeys(read)) | data_sha256(cfg))
     table = pd.DataFrame([asdict(done[job.name]) for job in jobs])
     with atomic_path(folder / SUMMARY) as temporary:
         table.drop(columns="key").to_csv(temporary, index=False)

@@ -91,6 +91,11 @@ class Job:
         reason = "; ".join([*lacking, *notes])
         return Outcome(self.name, status, reason, n_samples, n_angles, self.key)
 
+    @property
+    def recordings(self) -> tuple[Path, ...]:
+        """Files that it reads, as far as they are its own."""
+        return ()
+
     def _lacking(self) -> list[str]:
         """What the recording lacks, for which some angles are missing."""
         return []
@@ -112,6 +117,11 @@ class FileJob(Job):
     """
 
     file: Path
+
+    @property
+    def recordings(self) -> tuple[Path, ...]:
+        """The recording."""
+        return (self.file,)
 
     def _predicted(self) -> tuple[tuple[str, ...], int, int]:
         side = side_of(segment_of(self.file.stem)) or self.cfg.side
@@ -154,7 +164,7 @@ def _sources(configuration: str) -> dict[str, TrialSource]:
     return open_sources(cfg)
 
 
-def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> list[FileJob]:
+def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> list[Job]:
     """Create a job for every file.
 
     Parameters
@@ -168,11 +178,11 @@ def file_jobs(cfg: DictConfig, folder: Path, root: Path, files: list[Path]) -> l
 
     Returns
     -------
-    list of FileJob
+    list of Job
         Jobs in the order of the files.
     """
     options = _options(cfg)
-    jobs = []
+    jobs: list[Job] = []
     for file in files:
         relative = file.relative_to(root)
         target = folder / relative.with_name(_name_of_angles(relative.name, cfg.format))

@@ -52,6 +52,11 @@ class PartJob(Job):
     end_s: float
     first: bool
 
+    @property
+    def recordings(self) -> tuple[Path, ...]:
+        """The files of the session."""
+        return tuple(file for file, _, _ in self.rows.values())
+
     def _predicted(self) -> tuple[tuple[str, ...], int, int]:
         layout = layout_of(self.cfg)
         session = predict_session(
