@@ -11,26 +11,33 @@ from scipy.spatial.transform import Rotation
 
 from narx.datasets.base import TrialSource
 from narx.errors import UserError
-from narx.kinematics.rotations import compose
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation, Trial
-from narx.settings import Count, Names, PositiveSeconds, SamplingRate, Seed, checked
+from narx.settings import (
+    Count,
+    Names,
+    PositiveSeconds,
+    SamplingRate,
+    Seconds,
+    Seed,
+    checked,
+)
 from narx.settings.values import LONGEST_S
+from narx.simulation.attachment import Attachment, carried
 from narx.simulation.body import TABLE_1, Body, body_of, subjects_of
-from narx.simulation.calculus import EDGE
 from narx.simulation.functional_movements import PARTS, calibration_angles, duration_s
 from narx.simulation.gait_timing import GaitTiming, overground_timing, treadmill_timing
-from narx.simulation.inertial import angular_rate, specific_force
 from narx.simulation.markers import track
 from narx.simulation.pauses import Pauses
 from narx.simulation.random_numbers import stream
-from narx.simulation.sensor import measure, sensor_model
+from narx.simulation.recorder import MOTION_RATE_HZ, Recorder
+from narx.simulation.sensor import sensor_model
 from narx.simulation.session import ErrorSource, Session, draw_session, leave_out
 from narx.simulation.size import check_size, longest_walk_s
 from narx.simulation.skeleton import SEGMENTS, SkeletonMotion, move
 from narx.simulation.true_motion import TrueMotion
+from narx.simulation.turns import Turns
 from narx.simulation.walker import WalkingPattern, walking_pattern
-from narx.simulation.walking import MARGIN_S, VARIATION_CHANNELS, walk
-from narx.types import FloatArray
+from narx.simulation.walking import VARIATION_CHANNELS, walk
 
 LEGS = ("thigh_right", "shank_right", "thigh_left", "shank_left")
 
@@ -44,8 +51,7 @@ TREADMILL_STAND_S = 4.0
 TREADMILL_RISE_S = 4.0
 TreadmillDuration = Annotated[float, Field(gt=TREADMILL_STAND_S + TREADMILL_RISE_S, le=LONGEST_S)]
 
-# motion is computed at least at this rate, whatever that of the sensors
-_MOTION_RATE_HZ = 500.0
+Angle = Annotated[float, Field(ge=0, le=180)]
 
 Protocol = Literal["treadmill", "stand_walk_stand"]
 
@@ -73,6 +79,16 @@ class SimulatedGait(TrialSource):
         Pauses on the treadmill, s, from the last full step to the next one.
     sits : bool, optional
         Sit down in the pauses instead of standing.
+    turns_s : tuple of tuple of (float, float), optional
+        Begin and end of turns, s: the walker of the treadmill protocol then walks over ground.
+    turn_deg : float, optional
+        Angle of a turn, the first one to the left, the next one to the right.
+    handling_s : float, optional
+        Every sensor is in a hand for that long at first, and the recording longer by as much.
+    slips_s : tuple of float, optional
+        Times at which every sensor slips on its segment, s.
+    slip_deg : float, optional
+        Angle of a slip.
     stand_s : tuple of (float, float), optional
         Shortest and longest standing before and after walking over ground.
     steps : tuple of (int, int), optional
@@ -116,6 +132,11 @@ class SimulatedGait(TrialSource):
         treadmill_duration_s: TreadmillDuration = 300.0,
         pauses_s: tuple[tuple[float, float], ...] = (),
         sits: bool = False,
+        turns_s: tuple[tuple[float, float], ...] = (),
+        turn_deg: Angle = 180.0,
+        handling_s: Seconds = 0.0,
+        slips_s: tuple[float, ...] = (),
+        slip_deg: Angle = 20.0,
         stand_s: tuple[PositiveSeconds, PositiveSeconds] = (3.0, 5.0),
         steps: tuple[Count, Count] = (3, 5),
         sampling_rate_hz: SamplingRate = 500.0,
@@ -145,15 +166,21 @@ class SimulatedGait(TrialSource):
                 )
         self.trials_per_condition = trials_per_condition
         self.treadmill_duration_s = treadmill_duration_s
-        self._pauses = Pauses(pauses_s, sits)
-        self._pauses.check(protocol, TREADMILL_STAND_S + TREADMILL_RISE_S, treadmill_duration_s)
+        walk_s = (
+            handling_s + TREADMILL_STAND_S + TREADMILL_RISE_S, handling_s + treadmill_duration_s
+        )  # fmt: skip
+        self._pauses, self._turns = Pauses(pauses_s, sits), Turns(turns_s, turn_deg)
+        self._pauses.check(protocol, *walk_s)
+        self._turns.check(protocol, *walk_s)
+        self._attachment = Attachment(handling_s, slips_s, slip_deg)
+        self._attachment.check(protocol, *walk_s)
         self.stand_s, self.steps = stand_s, steps
         self.sampling_rate_hz = sampling_rate_hz
         self.ideal = ideal
         check_size(
             len(subjects) * len(self.conditions) * trials_per_condition,
-            treadmill_duration_s if on_treadmill else longest_walk_s(stand_s, steps),
-            max(sampling_rate_hz, _MOTION_RATE_HZ),
+            handling_s + (treadmill_duration_s if on_treadmill else longest_walk_s(stand_s, steps)),
+            max(sampling_rate_hz, MOTION_RATE_HZ),
         )
         self.without = frozenset(without)
         for triad, source in {
@@ -163,6 +190,7 @@ class SimulatedGait(TrialSource):
             if source in self.without:
                 steady = getattr(self.sensor, triad).without_drift()
                 self.sensor = replace(self.sensor, **{triad: steady})
+        self._recorder = Recorder(sampling_rate_hz, self.sensor, ideal, seed)
         self._bodies = {subject: body_of(subject, self.seed) for subject in subjects}
         self._calibrations: dict[str, Mapping[str, Mapping[str, ImuRecording]]] = {}
 
@@ -176,23 +204,24 @@ class SimulatedGait(TrialSource):
         return pd.DataFrame(rows, columns=["subject", "condition", "trial", "speed_km_h"])
 
     def _load(self, subject: str, condition: str, trial: str) -> Trial:
-        motion, timing, session, every = self._motion(subject, condition, trial)
-        keep = self._kept(motion.time_s, every)
+        motion, timing, session = self._motion(subject, condition, trial)
+        keep = self._recorder.kept(motion.time_s)
         names = (subject, condition, trial)
-        imus = {
-            segment: self._record(segment, motion, session, every, names)
-            for segment in self.segments
-        }
-        reference = {}
+        imus, reference = {}, {}
         for segment in self.segments:
+            moved = self._moved(segment, motion, names)
+            imus[segment] = self._recorder.record(segment, motion, session, names, moved)
             if self.ideal:
                 wxyz = motion.orientations[segment][keep].as_quat(scalar_first=True)
             else:
                 rng = stream(self.seed, *names, segment, "markers")
                 wxyz = track(session.markers[segment], motion, segment, keep, rng)
+            if moved is not None:
+                wxyz = carried(wxyz, moved[keep])
             reference[segment] = ReferenceOrientation(segment, wxyz, "anatomical")
         end_s = float(next(iter(imus.values())).time_s[-1])
-        still = ((0.0, timing.start_s), (timing.end_s, end_s))
+        handling_s = self._attachment.handling_s
+        still = ((handling_s, timing.start_s), (timing.end_s, end_s))
         return Trial(
             dataset=self.name,
             subject=subject,
@@ -203,8 +232,8 @@ class SimulatedGait(TrialSource):
             reference=reference,
             calibration=self._calibration(subject),
             still_s=tuple(part for part in still if part[1] - part[0] > 0.5),
-            straight=True,
-            starts_in_calibration_posture=True,
+            straight=not self._turns,
+            starts_in_calibration_posture=handling_s == 0.0,
             walking_s=(timing.start_s, min(timing.end_s, end_s)),
             events=timing.events,
             notes=("simulated; reference relative to the calibration posture",),
@@ -230,9 +259,13 @@ class SimulatedGait(TrialSource):
             If there is no such trial.
         """
         self.select(subject, condition, trial)
-        motion, _, session, every = self._motion(subject, condition, trial)
-        keep = self._kept(motion.time_s, every)
-        sensors = {s: self._sensor_orientation(s, motion, session) for s in self.segments}
+        motion, _, session = self._motion(subject, condition, trial)
+        keep = self._recorder.kept(motion.time_s)
+        names = (subject, condition, trial)
+        sensors = {
+            s: self._recorder.orientation(s, motion, session, self._moved(s, motion, names))
+            for s in self.segments
+        }
         return TrueMotion(
             motion.time_s[keep],
             {joint: angles[keep] for joint, angles in motion.joint_angles.items()},
@@ -249,8 +282,8 @@ class SimulatedGait(TrialSource):
 
     def _motion(
         self, subject: str, condition: str, trial: str
-    ) -> tuple[SkeletonMotion, GaitTiming, Session, int]:
-        """Move the walker; also return the number of motion samples per trial sample."""
+    ) -> tuple[SkeletonMotion, GaitTiming, Session]:
+        """Move the walker."""
         body = self._bodies[subject]
         pattern = walking_pattern(
             subject, body, self._speed_m_s(subject, condition), self.seed,
@@ -258,12 +291,13 @@ class SimulatedGait(TrialSource):
         )  # fmt: skip
         rng = stream(self.seed, subject, condition, trial, "timing")
         timing, length_s = self._timing(pattern, rng)
-        time_s, rate_hz, every = self._clock(length_s)
+        time_s, rate_hz = self._recorder.clock_s(length_s)
         rng = stream(self.seed, subject, condition, trial, "sway")
-        motion = walk(
-            pattern, timing, body, time_s, rate_hz, rng, travels=self.protocol != "treadmill"
-        )
-        return motion, timing, self._session(subject, body), every
+        travels = self.protocol != "treadmill" or bool(self._turns)
+        motion = walk(pattern, timing, body, time_s, rate_hz, rng, travels)
+        if self._turns:
+            motion = self._turns.turned(motion, pattern.speed_m_s)
+        return motion, timing, self._session(subject, body)
 
     def _timing(
         self, pattern: WalkingPattern, rng: np.random.Generator
@@ -271,89 +305,36 @@ class SimulatedGait(TrialSource):
         """Gait timing and length of the trial."""
         feet = (pattern.stride_s, pattern.toe_off, pattern.left_lag)
         if self.protocol == "treadmill":
-            length_s = self.treadmill_duration_s
+            length_s = self.treadmill_duration_s + self._attachment.handling_s
             timing = treadmill_timing(
-                rng, *feet, TREADMILL_STAND_S, TREADMILL_RISE_S, length_s, VARIATION_CHANNELS
+                rng,
+                *feet,
+                TREADMILL_STAND_S + self._attachment.handling_s,
+                TREADMILL_RISE_S,
+                length_s,
+                VARIATION_CHANNELS,
             )
             pauses = self._pauses
             events = {name: pauses.without(times) for name, times in timing.events.items()}
             return replace(timing, pauses=pauses, events=events), length_s
         before, after = rng.uniform(*self.stand_s, size=2)
+        before += self._attachment.handling_s
         n_steps = int(rng.integers(self.steps[0], self.steps[1] + 1))
         timing = overground_timing(rng, *feet, before, n_steps, after, VARIATION_CHANNELS)
         return timing, timing.end_s + after
-
-    def _clock(self, length_s: float) -> tuple[FloatArray, float, int]:
-        """Clock of the motion: a multiple of the trial's rate, longer at both ends."""
-        every = int(np.ceil(_MOTION_RATE_HZ / self.sampling_rate_hz))
-        rate_hz = every * self.sampling_rate_hz
-        margin = every * (int(np.ceil(MARGIN_S * self.sampling_rate_hz)) + EDGE)
-        n = every * round(length_s * self.sampling_rate_hz)
-        return np.arange(-margin, n + margin) / rate_hz, rate_hz, every
-
-    def _kept(self, motion_time_s: FloatArray, every: int) -> slice:
-        """Samples of the motion's clock that belong to the trial."""
-        margin = round(-motion_time_s[0] * every * self.sampling_rate_hz)
-        return slice(margin, len(motion_time_s) - margin, every)
 
     def _session(self, subject: str, body: Body) -> Session:
         drawn = draw_session(self.seed, subject, body, self.sensor, self.mounting, self.segments)
         return leave_out(drawn, self.without)
 
-    def _sensor_orientation(
-        self, segment: str, motion: SkeletonMotion, session: Session
-    ) -> Rotation:
-        skin = motion.orientations[segment]
-        if not self.ideal:
-            skin = compose(skin, session.tissues[segment].rotation(motion))
-        return compose(skin, session.mountings[segment].orientation)
-
-    def _record(
-        self,
-        segment: str,
-        motion: SkeletonMotion,
-        session: Session,
-        every: int,
-        names: tuple[str, ...],
-    ) -> ImuRecording:
-        orientation = self._sensor_orientation(segment, motion, session)
-        rate = angular_rate(orientation, motion.rate_hz)
-        offset = session.mountings[segment].offset_m
-        force = specific_force(orientation, motion.acceleration(segment, offset))
-        return self._measure(segment, rate, force, motion.time_s, session, every, names)
-
-    def _measure(
-        self,
-        segment: str,
-        rate: FloatArray,
-        force: FloatArray,
-        motion_time_s: FloatArray,
-        session: Session,
-        every: int,
-        names: tuple[str, ...],
-    ) -> ImuRecording:
-        """Simulate the segment's sensor from true signals on the clock of the motion."""
-        keep = self._kept(motion_time_s, every)
-        time_s = motion_time_s[keep]
-        rate_hz = every * self.sampling_rate_hz
-        if self.ideal:
-            return ImuRecording(segment, time_s, rate[keep], force[keep])
-        rng = stream(self.seed, *names, segment, "sensor")
-        # the sensor also runs during the margin, where its filter settles, except for the outermost
-        # samples, which have no derivatives
-        inner = slice(every * EDGE, -every * EDGE)
-        first = keep.start // every - EDGE
-        readings = [
-            measure(
-                true[inner], rate_hz, every, model, errors,
-                self.sensor.bandwidth_hz, self.sensor.bits, rng,
-            )[first : first + len(time_s)]
-            for true, model, errors in (
-                (rate, self.sensor.gyroscope, session.gyroscopes[segment]),
-                (force, self.sensor.accelerometer, session.accelerometers[segment]),
-            )
-        ]  # fmt: skip
-        return ImuRecording(segment, time_s, *readings)
+    def _moved(
+        self, segment: str, motion: SkeletonMotion, names: tuple[str, ...]
+    ) -> Rotation | None:
+        """Rotation of a sensor relative to its segment."""
+        if not self._attachment:
+            return None
+        rng = stream(self.seed, *names, segment, "attachment")
+        return self._attachment.rotation(rng, motion.time_s)
 
     def _calibration(self, subject: str) -> Mapping[str, Mapping[str, ImuRecording]]:
         """Calibration movements of a subject's session, shared by all trials of it."""
@@ -362,27 +343,26 @@ class SimulatedGait(TrialSource):
             session = self._session(subject, body)
             parts = {}
             for part in PARTS:
-                time_s, rate_hz, every = self._clock(duration_s(part))
+                time_s, rate_hz = self._recorder.clock_s(duration_s(part))
                 if part == "still":
                     # flat on a table; the rotation of the earth is below the resolution of the
                     # gyroscopes
                     rest = np.zeros((len(time_s), 3))
                     force = np.tile([0.0, 0.0, GRAVITY_M_S2], (len(time_s), 1))
                     parts[part] = {
-                        segment: self._measure(
-                            segment, rest, force, time_s, session, every,
-                            (subject, "calibration", part),
+                        segment: self._recorder.measured(
+                            segment, rest, force, time_s, session, (subject, "calibration", part)
                         )
                         for segment in self.segments
-                    }  # fmt: skip
+                    }
                     continue
                 rng = stream(self.seed, subject, "calibration", part)
                 exact = "movements" in self.without
                 motion = move(time_s, rate_hz, calibration_angles(part, time_s, rng, exact), body)
                 side = part.rpartition("_")[2]
                 parts[part] = {
-                    segment: self._record(
-                        segment, motion, session, every, (subject, "calibration", part)
+                    segment: self._recorder.record(
+                        segment, motion, session, (subject, "calibration", part)
                     )
                     for segment in self.segments
                     if part == "standing" or segment.endswith(side)

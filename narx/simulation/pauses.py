@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from narx.errors import UserError
 from narx.simulation.calculus import smooth_step
+from narx.simulation.parts import check_parts
 from narx.types import FloatArray
 
 # time in which the steps become smaller until the walker stands, and larger again; time of sitting
@@ -45,20 +45,10 @@ class Pauses:
         Raises
         ------
         UserError
-            If the walk is not on a treadmill, or a pause is too short, overlaps the one before, or
-            is outside.
+            As `narx.simulation.parts.check_parts`.
         """
-        if self.parts_s and protocol != "treadmill":
-            raise UserError(f"pauses_s is for protocol=treadmill, found protocol={protocol}")
         least_s = 2.0 * (HALT_S + SIT_S * self.sits)
-        before_s = first_s
-        for begin, end in self.parts_s:
-            if not (before_s <= begin and begin + least_s <= end <= last_s):
-                raise UserError(
-                    f"pauses_s has [{begin:g}, {end:g}], expected parts of at "
-                    f"least {least_s:g} s, one after another, from {first_s:g} to {last_s:g} s"
-                )
-            before_s = end
+        check_parts("pauses_s", self.parts_s, protocol, least_s, first_s, last_s)
 
     def walking(self, time_s: FloatArray) -> FloatArray:
         """Size of the steps.

@@ -87,3 +87,23 @@ def text_of():
         return end.join(lines) + end
 
     return write
+
+
+@pytest.fixture(scope="session")
+def integrated():
+    """Function of rates (N, 3), their sampling rate and the orientation at the second sample.
+
+    It returns the orientations at samples 1 to N - 2, by fourth-order Magnus steps: mean rate by a
+    four-point Adams formula, and the commutator term.
+    """
+
+    def integrate(rate_rad_s, sampling_rate_hz, start):
+        step = 1.0 / sampling_rate_hz
+        a, b, c, d = rate_rad_s[:-3], rate_rad_s[1:-2], rate_rad_s[2:-1], rate_rad_s[3:]
+        turn = step * (-a + 13.0 * b + 13.0 * c - d) / 24.0 + step**2 / 12.0 * np.cross(b, c)
+        found = [start]
+        for one in Rotation.from_rotvec(turn):
+            found.append(found[-1] * one)
+        return Rotation.concatenate(found)
+
+    return integrate
