@@ -100,6 +100,7 @@ def test_angles_equal_the_stored_snapshots(stored, motion, motion_name, method_n
     )
 
 
+@pytest.mark.concurrency
 def test_the_number_of_threads_changes_nothing():
     """For blocks of a stream see tests/narx/inference/test_stream.py."""
     before = torch.get_num_threads()

@@ -130,6 +130,7 @@ def test_mistakes_are_one_line(run_command, folder, overrides, message):
     assert len(err.strip().splitlines()) == 1
 
 
+@pytest.mark.concurrency
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # of the cluster's own threads and sockets
 def test_a_dask_cluster_gives_the_same_files(run_command, folder):

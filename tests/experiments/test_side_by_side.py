@@ -9,6 +9,8 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from narx.experiments.side_by_side import side_by_side
 
+pytestmark = pytest.mark.concurrency
+
 
 @pytest.fixture(params=[1, 2])
 def n_threads(request, monkeypatch):

@@ -61,6 +61,7 @@ def test_the_signal_remains_ignored_in_the_background():
     assert (done.returncode, done.stdout) == (0, "False\nwent on\n")
 
 
+@pytest.mark.concurrency
 @pytest.mark.skipif(sys.platform == "win32", reason="a process cannot interrupt itself")
 def test_a_worker_ignores_ctrl_c_until_it_has_imported():
     assert run("/usr/bin/narx-train", "joblib.externals.loky").stdout == "True\nwent on\n"

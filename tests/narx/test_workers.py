@@ -11,6 +11,8 @@ import pytest
 
 from narx.inference.pretrained import load_or_pretrained
 
+pytestmark = pytest.mark.concurrency
+
 ROOT = Path(__file__).resolve().parents[2]
 # a small compiled function: stride frequency sample by sample
 FOLLOW = """

@@ -78,6 +78,7 @@ def test_how_a_run_ends_is_written_down_and_it_can_be_done_again(tmp_path, error
     assert not (tmp_path / ".lock").exists()
 
 
+@pytest.mark.concurrency
 def test_two_processes_do_not_work_in_one_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(folders, "_PATIENCE_S", 0.0)
     with claimed(tmp_path, CFG, {}):
@@ -94,6 +95,7 @@ def test_two_processes_do_not_work_in_one_folder(tmp_path, monkeypatch):
             finish(tmp_path)
 
 
+@pytest.mark.concurrency
 def test_a_run_finished_meanwhile_by_another_process_is_used(tmp_path):
     claimed_first, waited = threading.Event(), []
 

@@ -118,6 +118,7 @@ def test_a_job_that_exits_does_not_end_the_sweep(launch, values):
     assert len(err.splitlines()) == 1
 
 
+@pytest.mark.concurrency
 @pytest.mark.usefixtures("by_value")
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
 def test_a_killed_worker_is_named_and_the_others_run_when_the_command_is_repeated(launch, tmp_path):

@@ -79,6 +79,7 @@ def test_the_least_recently_used_is_deleted_first(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pickle", "d.pickle"]
 
 
+@pytest.mark.concurrency
 def test_jobs_that_want_the_same_wait_for_the_first(tmp_path):
     store = TrialStore(tmp_path, 1e9)
     made, results = [], []

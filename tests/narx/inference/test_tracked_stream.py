@@ -84,6 +84,7 @@ def test_sensors_in_step_and_copies_are_each_alone(method, lossy):
             np.testing.assert_array_equal(angles[sensor], whole(method, several[sensor])[0][900:])
 
 
+@pytest.mark.concurrency
 def test_many_sensors_in_threads_are_each_alone(lossy):
     n, method = 600, METHODS["gyroscope"]
     many = OrientationStream(method, RATE_HZ, n_sensors=n)

@@ -10,6 +10,8 @@ import torch
 
 from narx.kernels.threads import in_threads
 
+pytestmark = pytest.mark.concurrency
+
 ROOT = Path(__file__).resolve().parents[3]
 
 FORK = """

@@ -77,6 +77,7 @@ def test_pieces_give_the_same_as_the_whole(pieces):
     assert torch.equal(state, whole_final)
 
 
+@pytest.mark.concurrency
 def test_batch_shape_and_threads_do_not_matter():
     weights, inputs, state = problem(DEFAULT, 24, 150)
     whole, _ = closed_loop(weights, inputs, state, structure=DEFAULT)

@@ -56,6 +56,7 @@ def test_the_best_by_held_back_samples_is_kept():
     assert history[-1]["cost_deg2"] == pytest.approx(last / stages[-1].problem.total_weight)
 
 
+@pytest.mark.concurrency
 def test_the_same_seed_gives_the_same_weights_with_any_number_of_threads():
     stages, validation = curriculum()
     threads = torch.get_num_threads()

@@ -44,6 +44,7 @@ def trained(optimizer, folder, cut_after=None):
     return network, logged
 
 
+@pytest.mark.concurrency
 @pytest.mark.parametrize("name", OPTIMIZERS)
 def test_it_ends_with_the_same_network_and_the_same_log(monkeypatch, tmp_path, name):
     monkeypatch.setattr(progress, "INTERVAL_S", 0.0)

@@ -82,6 +82,7 @@ def test_nothing_counts():
         assert not fit.products(weights.numpy()[None]).any()
 
 
+@pytest.mark.concurrency
 def test_threads_do_not_change_a_bit():
     weights, inputs, targets, state = problem(40, 150)
     threads = torch.get_num_threads()

@@ -67,6 +67,7 @@ def test_a_window_is_one_step_of_the_closed_loop():
         torch.testing.assert_close(predicted[k], step[0])
 
 
+@pytest.mark.concurrency
 def test_threads_do_not_change_a_bit():
     fit = OneStepFit(windows_of(4, 9000), DEFAULT)
     threads = torch.get_num_threads()
