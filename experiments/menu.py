@@ -5,8 +5,9 @@ Both are read from the comments of the configuration files, so help and comments
 
 from pathlib import Path
 
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import OmegaConf
+from omegaconf import DictConfig, OmegaConf
 
 _CONFIGS = Path(__file__).parents[1] / "configs"
 
@@ -47,12 +48,40 @@ def _what_it_does() -> str:
     return _escaped(_heading(_CONFIGS / f"{HydraConfig.get().job.config_name}.yaml"))
 
 
+def _has_presets(path: Path) -> bool:
+    """Whether a command is a training or a benchmark, which `debug=` and `experiment=` are for."""
+    return any("- common" in line for line in _lines(path))
+
+
+def _groups_of(path: Path) -> set[str]:
+    """Groups of the defaults of a command's file."""
+    groups: set[str] = set()
+    for entry in OmegaConf.load(path).defaults:
+        for key in entry if isinstance(entry, DictConfig) else ():
+            name, _, package = str(key).removeprefix("optional ").partition("@")
+            if package != "_here_" and not name.startswith(("hydra", "override ")):
+                groups.add(name)
+    return groups
+
+
+def _groups() -> str:
+    path = _CONFIGS / f"{HydraConfig.get().job.config_name}.yaml"
+    groups = _groups_of(path)
+    if _has_presets(path):
+        groups |= _groups_of(_CONFIGS / "common.yaml") | {"debug", "experiment"}
+    if not groups:
+        return ""
+    loader = GlobalHydra.instance().config_loader()
+    lines = [f"{name}: {', '.join(loader.get_group_options(name))}" for name in sorted(groups)]
+    return "\n".join(["== Groups: group=option ==", "", *lines, "", ""])
+
+
 def _keys() -> str:
     hydra = HydraConfig.get()
-    files = {"": _CONFIGS / f"{hydra.job.config_name}.yaml"}
-    if any("- common" in line for line in _lines(files[""])):
-        files["shared by training and benchmark"] = _CONFIGS / "common.yaml"
-    parts = [_body(path) for path in files.values()]
+    path = _CONFIGS / f"{hydra.job.config_name}.yaml"
+    parts = [_body(path)]
+    if _has_presets(path):
+        parts.append(_body(_CONFIGS / "common.yaml"))
     for group, choice in hydra.runtime.choices.items():
         for option in [choice] if isinstance(choice, str) else choice or []:
             path = _CONFIGS / str(group) / f"{option}.yaml"
@@ -71,6 +100,7 @@ def _escaped(text: str) -> str:
 
 
 def register_resolvers() -> None:
-    """Register ``${what_it_does:}`` and ``${keys:}`` for the template of `--help`."""
+    """Register ``${what_it_does:}``, ``${groups:}`` and ``${keys:}`` for the text of `--help`."""
+    OmegaConf.register_new_resolver("groups", _groups, replace=True)
     OmegaConf.register_new_resolver("what_it_does", _what_it_does, replace=True)
     OmegaConf.register_new_resolver("keys", _keys, replace=True)

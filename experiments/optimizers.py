@@ -10,19 +10,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from hydra import compose
-from hydra.errors import HydraException
 from hydra.utils import instantiate
 from omegaconf import DictConfig
-from omegaconf.errors import OmegaConfBaseException
 from tqdm import tqdm
 
 from narx.datasets.splits import TrialPart, load_calibrated
-from narx.errors import UserError
 from narx.experiments.command import command, run_directory
-from narx.experiments.configuration import checked_configuration, composition_mistake
+from narx.experiments.configuration import composed_configuration
 from narx.experiments.networks import trainer
-from narx.experiments.overrides import readable
 from narx.experiments.runs.record import environment, seed_everything, write_json
 from narx.experiments.sources import combined_index, open_sources
 from narx.experiments.tables.table import Table
@@ -88,15 +83,7 @@ def _configured(cfg: DictConfig, kind: str, optimizer: str) -> DictConfig:
     overrides = [f"seed={cfg.seed}", f"optimizer={optimizer}", *cfg.data[kind], *cfg.overrides]
     if cfg.data_root is not None:
         overrides.insert(0, f"data_root={cfg.data_root}")
-    overrides = readable(overrides)
-    where = f"optimizers {optimizer}, data.{kind}"
-    try:
-        return checked_configuration(compose("train", overrides=overrides), "train")
-    except UserError as error:
-        raise UserError(f"{where}: {error}") from error
-    except (HydraException, OmegaConfBaseException) as error:
-        mistake = composition_mistake(error, "train", overrides)
-        raise UserError(f"{where}: {mistake}") from error
+    return composed_configuration("train", overrides, f"optimizers {optimizer}, data.{kind}")
 
 
 def _data(cfg: DictConfig, kind: str) -> _Data:

@@ -37,8 +37,11 @@ def composed_configuration(command: str, overrides: Sequence[str], key: str) -> 
     """
     written = readable(list(overrides))
     try:
-        return checked_configuration(compose(command, overrides=written), command)
+        composed = compose(command, overrides=written)
+    # Hydra raises a ValueError for a group whose value is a number
+    except (HydraException, OmegaConfBaseException, ValueError, RecursionError) as error:
+        raise UserError(f"{key}: {composition_mistake(error, command, written)}") from error
+    try:
+        return checked_configuration(composed, command)
     except UserError as error:
         raise UserError(f"{key}: {error}") from error
-    except (HydraException, OmegaConfBaseException) as error:
-        raise UserError(f"{key}: {composition_mistake(error, command, written)}") from error

@@ -15,6 +15,7 @@ from narx.datasets.download import checked_sources, find_recordings
 from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.tracked_sensor import RawSensor, align_sensors
 from narx.errors import RecordingError
+from narx.recordings.stamps import checked_rate_hz
 from narx.recordings.trial import Trial
 from narx.settings import FilePath, SamplingRate, checked
 
@@ -60,10 +61,12 @@ class Broad(TrialSource):
         root = find_recordings(self.name, self._root)
         path = root / f"{trial}_{condition}.mat"
         variables = read_mat(path)
-        native_hz = float(numeric_field(path, variables, "sampling_rate"))
+        native_hz = checked_rate_hz(
+            numeric_field(path, variables, "sampling_rate"), f"{path}: sampling_rate"
+        )
         columns = {"imu_gyr": 3, "imu_acc": 3, "opt_quat": 4}
         tables = {name: numeric_field(path, variables, name) for name in columns}
-        movement = numeric_field(path, variables, "movement") > 0.5
+        movement = np.atleast_1d(numeric_field(path, variables, "movement")) > 0.5
         for name, width in columns.items():
             if tables[name].shape != (len(movement), width):
                 raise RecordingError(

@@ -18,6 +18,7 @@ from narx.datasets.mat_file import numeric_field, read_mat
 from narx.datasets.tracked_sensor import RawSensor, align_sensors
 from narx.errors import RecordingError
 from narx.recordings.rest import first_rest_s
+from narx.recordings.stamps import checked_rate_hz
 from narx.recordings.trial import Trial
 from narx.settings import FilePath, SamplingRate, checked
 from narx.types import FloatArray
@@ -63,7 +64,9 @@ class Joint1To3Dof(TrialSource):
         root = find_recordings(self.name, self._root)
         path = root / f"data_{condition}_{trial}.mat"
         variables = read_mat(path)
-        native_hz = float(numeric_field(path, variables, "data.rate"))
+        native_hz = checked_rate_hz(
+            numeric_field(path, variables, "data.rate"), f"{path}: data.rate"
+        )
         sensors = _columns(path, variables, "data.sensorData", _SENSOR_COLUMNS)
         reference = _columns(path, variables, "data.ref", _REFERENCE_COLUMNS)
         if len(sensors) != len(reference):

@@ -8,11 +8,8 @@ import scipy.io
 
 from narx.datasets.mat_structure import check_structure
 from narx.errors import RecordingError
-from narx.recordings.input_file import regular_file
+from narx.recordings.input_file import LARGEST_NUMBER, regular_file
 from narx.types import FloatArray
-
-# the square of a larger number, as of a damaged byte in an exponent, overflows
-_LARGEST = 1e100
 
 
 def read_mat(path: Path) -> dict[str, Any]:
@@ -82,10 +79,12 @@ def numeric_field(path: Path, variables: dict[str, Any], name: str) -> FloatArra
         numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise RecordingError(f"{path}: field '{name}' is not numeric") from None
+    # in a damaged file, a NaN may be a signalling one, which warns in every sum
+    numbers = np.where(np.isnan(numbers), np.nan, numbers)
     largest = np.max(np.abs(numbers), where=~np.isnan(numbers), initial=0.0)
-    if largest > _LARGEST:
+    if largest > LARGEST_NUMBER:
         raise RecordingError(
             f"{path}: field '{name}' has a number of size {largest:.0e} (damaged?), expected at "
-            f"most {_LARGEST:.0e}"
+            f"most {LARGEST_NUMBER:.0e}"
         )
     return numbers

@@ -21,6 +21,7 @@ from narx.datasets.tracked_sensor import RawSensor, align_sensors, on_clock
 from narx.errors import RecordingError
 from narx.recordings.input_file import regular_file
 from narx.recordings.resampling import uniform_clock
+from narx.recordings.stamps import checked_rate_hz
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, Trial
 from narx.settings import FilePath, SamplingRate, checked
 from narx.types import FloatArray
@@ -33,6 +34,8 @@ _SYSTEMS = ("android", "ios")
 # the phones' longest regular interval is 21 ms, the optical system's 17 ms
 _MAX_GAP_S = 0.05
 _MAX_OPTICAL_GAP_S = 0.025
+# largest deviation of a matrix times its transpose from the unit matrix
+_ROTATION_TOLERANCE = 0.1
 
 
 class SmartphonePocket(TrialSource):
@@ -184,7 +187,9 @@ def _read_rigid_body(path: Path) -> tuple[FloatArray, FloatArray]:
             f"{path}: found {len(variables)} variables, expected one QTM measurement"
         )
     measurement = next(iter(variables))
-    rate_hz = float(numeric_field(path, variables, f"{measurement}.FrameRate"))
+    rate_hz = checked_rate_hz(
+        numeric_field(path, variables, f"{measurement}.FrameRate"), f"{path}: FrameRate"
+    )
     rotations = numeric_field(path, variables, f"{measurement}.RigidBodies.Rotations")
     if rotations.ndim != 2 or rotations.shape[0] != 9:
         raise RecordingError(
@@ -193,7 +198,16 @@ def _read_rigid_body(path: Path) -> tuple[FloatArray, FloatArray]:
         )
     matrices = rotations.T.reshape(-1, 3, 3).transpose(0, 2, 1)  # stored column by column
     quaternion = np.full((len(matrices), 4), np.nan)
-    valid = np.isfinite(matrices).all(axis=(1, 2))
+    valid = np.isfinite(matrices).all(axis=(1, 2)) & matrices.any(axis=(1, 2))
+    # bounded, since squares of large numbers overflow
+    bounded = np.clip(matrices[valid], -2.0, 2.0)
+    deviation = np.abs(bounded @ bounded.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+    wrong = np.flatnonzero((deviation > _ROTATION_TOLERANCE) | (np.linalg.det(bounded) < 0.0))
+    if wrong.size:
+        raise RecordingError(
+            f"{path}: RigidBodies.Rotations of frame {np.flatnonzero(valid)[wrong[0]] + 1} is not "
+            "a rotation matrix (damaged?)"
+        )
     if valid.any():
         quaternion[valid] = Rotation.from_matrix(matrices[valid]).as_quat(scalar_first=True)
     return np.arange(len(matrices)) / rate_hz, quaternion

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from narx.errors import RecordingError
-from narx.recordings.input_file import regular_file
+from narx.recordings.input_file import LARGEST_NUMBER, regular_file
 from narx.types import FloatArray
 
 
@@ -50,7 +50,7 @@ def read_numbers(
     ------
     RecordingError
         If the file is missing, empty, lacks a column, or contains something other than finite
-        numbers; the message names file, line and column.
+        numbers up to 1e100; the message names file, line and column.
     """
     lines = _lines(path, comment, terminated)
     header = None if columns is None or isinstance(columns, int) else list(columns)
@@ -82,10 +82,11 @@ def read_numbers(
             )
         for k, column in enumerate(chosen):
             numbers[row, k] = _number(cells[column], missing_allowed)
-            if np.isinf(numbers[row, k]):
+            if abs(numbers[row, k]) > LARGEST_NUMBER:
+                size = "" if np.isinf(numbers[row, k]) else f" of at most {LARGEST_NUMBER:.0e}"
                 raise RecordingError(
                     f"{path}: line {line}, column {labels[column]}: found '{cells[column]}', "
-                    "expected a number"
+                    f"expected a number{size}"
                 )
     return numbers
 

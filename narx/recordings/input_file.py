@@ -9,6 +9,8 @@ from narx.errors import RecordingError, UserError
 # limit of what reading a single file may ask for; the environment variable raises it
 LIMIT_VARIABLE = "NARX_MAX_MEMORY_MIB"
 _LIMIT_MIB = 4096.0
+# the square of a larger number, as of a damaged byte in an exponent, overflows
+LARGEST_NUMBER = 1e100
 
 
 def regular_file(path: str | os.PathLike[str]) -> Path:

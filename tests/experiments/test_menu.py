@@ -17,7 +17,10 @@ def test_help_has_examples_groups_and_meanings(run_command, command):
     assert status == 0, err
     first = (HERE / "configs" / f"{command}.yaml").read_text().splitlines()[0]
     assert out.splitlines()[0] == first.removeprefix("# ")
-    assert "optimizer: adam, lbfgs, levenberg_marquardt" in out
+    # only groups that the command takes
+    assert ("== Groups" in out) == (command in ("train", "predict"))
+    assert ("data: broad, " in out) == (command in ("train", "predict"))
+    assert ("optimizer: adam, lbfgs, levenberg_marquardt" in out) == (command == "train")
     if command == "train":
         assert "narx-train -m seed=0,1,2" in out
         assert "seed: 0                        # sets the three seeds below" in out

@@ -56,3 +56,9 @@ def test_a_wrong_override_names_the_optimiser_and_the_data(run_command):
     assert status == 2
     assert "optimizers levenberg_marquardt, data.simulated_gait: optimizer.restarts is 0" in err
     assert len(err.strip().splitlines()) == 1
+
+
+def test_a_number_is_no_optimiser(run_command):
+    status, _, err, _ = run_command("optimizers", "optimizers=9999")
+    assert status == 2
+    assert "optimizers 9999, data.simulated_gait: optimizer is 9999, expected the name of" in err

@@ -47,6 +47,10 @@ def test_a_debug_preset_is_for_every_source(compose_checked, command, debug):
     assert own.data.simulated_gait.subjects == ["V7"]
     assert both.data.simulated_gait.treadmill_duration_s == 60.0
     assert both.data.simulated_gait.subjects == ["S1"]
+    assert (own.split.window_s, own.split.earliest_s) == (8.0 if debug == "tiny" else 3.0, 8.0)
+    # a split of one's own replaces that of the preset
+    other = compose_checked(command, f"debug={debug}", "split=leave_one_subject_out")
+    assert other.split.column == "subject"
 
 
 @pytest.mark.parametrize(

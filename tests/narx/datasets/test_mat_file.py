@@ -96,6 +96,14 @@ def test_an_exponent_that_was_hit_is_refused(tmp_path, number):
         numeric_field(path, read_mat(path), "rate")
 
 
+def test_a_signalling_nan_is_a_missing_number(tmp_path):
+    path = tmp_path / "made.mat"
+    signalling = np.array([0x7FF0_0000_0000_0001, 0x3FF0_0000_0000_0000], dtype="<u8")
+    scipy.io.savemat(path, {"rate": signalling.view("<f8")})
+    rate = numeric_field(path, read_mat(path), "rate")
+    np.testing.assert_array_equal(rate - 1.0, [np.nan, 0.0])  # warnings are errors here
+
+
 def test_no_such_file(tmp_path):
     with pytest.raises(RecordingError, match="no such file"):
         read_mat(tmp_path / "nowhere.mat")

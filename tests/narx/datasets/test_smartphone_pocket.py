@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import calibrate
+from narx.datasets.mat_file import read_mat
 from narx.datasets.registry import PUBLIC
 from narx.datasets.smartphone_pocket import SmartphonePocket
 from narx.errors import RecordingError, UserError
@@ -152,6 +153,24 @@ def _cut(path, share):
 
 
 _FOLDER = f"ios/Ada_iPhone5_{_CONDITION}"
+_OPTICAL = f"qualisys/Ada_iPhone5_{_CONDITION}.mat"
+
+
+def _rewrite(path, change):
+    """Change the frame rate and the rotations of an optical file."""
+    ((name, measurement),) = read_mat(path).items()
+    rotations = np.array(measurement.RigidBodies.Rotations)
+    rate_hz = change(rotations) or measurement.FrameRate
+    bodies = {"Rotations": rotations}
+    scipy.io.savemat(path, {name: {"FrameRate": rate_hz, "RigidBodies": bodies}})
+
+
+def _mirror(rotations):
+    rotations[:3, 6] *= -1.0
+
+
+def _stretch(rotations):
+    rotations[:, 6] *= 1.2
 
 
 @pytest.mark.parametrize(
@@ -171,12 +190,16 @@ _FOLDER = f"ios/Ada_iPhone5_{_CONDITION}"
             lambda r: scipy.io.savemat(r / f"qualisys/Ada_iPhone5_{_CONDITION}.mat", {"a": 1.0}),
             r"no field 'a\.FrameRate'",
         ),
+        (lambda r: _rewrite(r / _OPTICAL, _mirror), "of frame 7 is not a rotation"),
+        (lambda r: _rewrite(r / _OPTICAL, _stretch), "of frame 7 is not a rotation"),
+        (lambda r: _rewrite(r / _OPTICAL, lambda _: -100.0), "FrameRate"),
+        (lambda r: _rewrite(r / _OPTICAL, lambda _: 1e-30), "FrameRate"),
         (lambda r: shutil.rmtree(r / "ios" / "calib_gyr_iPhone5_d3"), "calib_gyr_iPhone5"),
     ],
 )
 def test_damage_ends_in_one_clear_line(copied, damage, message):
     damage(copied)
-    with pytest.raises(RecordingError, match=message) as caught:
+    with pytest.raises(UserError, match=message) as caught:
         SmartphonePocket(root=copied).load("Ada", _CONDITION, "iPhone5")
     assert "\n" not in str(caught.value)
 

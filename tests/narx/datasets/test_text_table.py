@@ -39,6 +39,7 @@ def test_named_columns_in_the_order_asked_for(written):
         ("1 2 3\n4 5 oops\n", "line 2, column 3: found 'oops'"),
         ("1 2 3\n4 nan 6\n", "line 2, column 2: found 'nan'"),
         ("1 2 3\n4 5 inf\n", "line 2, column 3: found 'inf'"),
+        ("1 2 3\n4 5 -1e200\n", "column 3: found '-1e200', expected a number of at most 1e\\+100"),
         ("1 2 3\n4 5 6", "line 2 is the last and has no line break"),
         ("1 2\n", "line 1 has 2 columns, expected at least 3"),
         ("", "no data lines"),

@@ -18,7 +18,7 @@ from narx.datasets.tracked_sensor import (
     turn_frame,
     without_spikes,
 )
-from narx.errors import RecordingError
+from narx.errors import RecordingError, UserError
 from narx.kinematics.joint_angles import grood_suntay
 
 _RATE_HZ = 100.0
@@ -118,11 +118,12 @@ def test_joint_file_with_known_offset_and_mounting(tmp_path):
         ({"sensorData": None}, "no field 'data.sensorData'"),
         ({"ref": np.zeros((10, 7))}, r"data.ref has shape \(10, 7\)"),
         ({"ref": np.zeros((10, 8))}, "ref has 10"),
+        ({"rate": 0.0}, "data_1D_09.mat: data.rate is 0.0, expected a positive number"),
     ],
 )
 def test_damaged_joint_files(tmp_path, changes, message):
     save_joint(tmp_path / "data_1D_09.mat", **changes)
-    with pytest.raises(RecordingError, match=message):
+    with pytest.raises(UserError, match=message):
         Joint1To3Dof(root=tmp_path).load("device", "1D", "09")
 
 
@@ -169,11 +170,13 @@ def test_broad_file_scores_the_movement(tmp_path):
         ({"movement": None}, "no variable 'movement'"),
         ({"imu_acc": np.zeros((3, 3))}, r"imu_acc has shape \(3, 3\)"),
         ({"movement": np.ones(1800)}, "does not begin with a rest"),
+        ({"movement": 1.0}, r"imu_gyr has shape \(1800, 3\), expected \(1, 3\)"),
+        ({"sampling_rate": [50.0, 60.0]}, "sampling_rate is .*, expected a positive number"),
     ],
 )
 def test_damaged_broad_files(tmp_path, changes, message):
     save_broad(tmp_path / "98_made_up.mat", **changes)
-    with pytest.raises(RecordingError, match=message):
+    with pytest.raises(UserError, match=message):
         Broad(root=tmp_path).load("device", "made_up", "98")
 
 
