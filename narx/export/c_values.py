@@ -160,6 +160,7 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
         "bridged_rad_s2": BRIDGED_RAD_S2,
         "swing_time_s": interval_s / (parameters[kernel.SWING_DECAY] - 1.0),
         "most_doubt": kernel.MOST_DOUBT,
+        "far_rad": kernel.FAR_RAD,
         "leg_skewness": leg.LEG_SKEWNESS,
         "std_growth": leg.STD_GROWTH,
         "most_growth": leg.MOST_GROWTH,

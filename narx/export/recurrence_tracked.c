@@ -9,6 +9,7 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define BRIDGED_RAD_S2 ${bridged_rad_s2}
 #define SWING_TIME_S ${swing_time_s}
 #define MOST_DOUBT ${most_doubt}
+#define FAR_RAD ${far_rad}
 #define LEAK_RAD_S ${leak}
 #define ANGLE_NOISE ${angle_noise}
 #define RATE_NOISE ${rate_noise}
@@ -137,7 +138,7 @@ static int learn_from_swing(narx_state *s)
             s->odd[axis] = 0;
         } else if (s->odd[axis] * residual > 0) {
             /* a heading far from the mean is a turn, never an error */
-            const narx_real share = axis < 2 ? EARLY / (EARLY + s->trust) : 0;
+            const narx_real share = axis < 2 ? squared(EARLY / (EARLY + s->trust)) : 0;
             s->covariance[axis][axis] += squared(residual) * share;
             widen_posture(s, axis, squared(residual) * (1 - share));
             s->odd[axis] = 0;
@@ -246,6 +247,9 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     }
     s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
                     s->covariance[CENTRE + 1][CENTRE + 1] < KNOWN_ENOUGH;
+    if (s->trust > EARLY && (fabs${f}(s->x[0] - s->x[CENTRE]) >= FAR_RAD ||
+                             fabs${f}(s->x[1] - s->x[CENTRE + 1]) >= FAR_RAD))
+        s->by_network = 0;
     turn = carry(s, own, &secant);
     if (fabs${f}(s->x[0]) > PI) {
         const narx_real whole = s->x[0] < 0 ? -2 * PI : 2 * PI;

@@ -134,7 +134,10 @@ class TrackedRecurrence(TrackedState):
         leg_square, leg_cube = s[..., kernel.SQUARE], s[..., kernel.CUBE]
         leg_square = leg_square + gain * (own_square - leg_square)
         leg_cube = leg_cube + gain * (own_square * own[..., 0] - leg_cube)
-        works = walks & (known_to < p[kernel.KNOWN_ENOUGH])
+        away = torch.abs(past[..., :2, 0] - x[..., kernel.CENTRE : kernel.CENTRE + 2])
+        near = torch.maximum(away[..., 0], away[..., 1]) < self.limits[13]
+        near = near | (s[..., kernel.TRUST] <= p[kernel.EARLY])
+        works = walks & near & (known_to < p[kernel.KNOWN_ENOUGH])
 
         tilt = past[..., 0]
         if self.n_outputs > 1:
@@ -249,7 +252,7 @@ class TrackedRecurrence(TrackedState):
         doubt = doubt + torch.where(period > 0.0, irregular, 3.0 * one)
         unknown = torch.maximum(covariance[..., 0, 0], covariance[..., 1, 1])
         walks = (doubt < self.limits[9]) | (unknown > p[kernel.KNOWN_ENOUGH])
-        share = p[kernel.EARLY] / (p[kernel.EARLY] + s[..., kernel.TRUST])
+        share = (p[kernel.EARLY] / (p[kernel.EARLY] + s[..., kernel.TRUST])) ** 2
         odds: list[Tensor] = []
         for axis in range(3):
             direction = e[axis] + torch.zeros_like(x)

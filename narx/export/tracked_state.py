@@ -104,6 +104,7 @@ class TrackedState(nn.Module):
             leg.LEG_SKEWNESS,
             leg.STD_GROWTH,
             leg.MOST_GROWTH,
+            kernel.FAR_RAD,
         )
         for name, value in (
             ("p", exported_numbers(tracker, model)),

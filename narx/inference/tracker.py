@@ -19,11 +19,13 @@ rate, and a heading far from it is taken for a turn that was missed, not for an 
 
 Movement other than gait is recognised by the swing: a swing that does not return, or is much longer
 or shorter than the previous one, has less weight (`return_sd_deg`, `period_share`). Two successive
-swings that agree on a posture far from the expected one reset its uncertainty. Without a swing for
-`idle_s` there is no correction: the rates are integrated, and the standard deviation grows. The
-same holds after a swing that ends 50 degrees and more from where it began while the angle is known:
-the person has sat down or stood up. At rest the mean rate measures the bias. The swing in which a
-recording begins is incomplete, so its mean angle is not used.
+swings that agree on a posture far from the expected one reset its uncertainty, and early in a
+recording that of the angle. Without a swing for `idle_s` there is no correction: the rates are
+integrated, and the standard deviation grows. The same holds after a swing that ends 35 degrees and
+more from where it began while the angle is known: the person has sat down or stood up. Once five
+good swings have established the posture, the network does not propagate angles 50 degrees and more
+from it, as in sitting, since it would draw them back. At rest the mean rate measures the bias. The
+swing in which a recording begins is incomplete, so its mean angle is not used.
 
 A leg swings forward faster than backward. Where the skewness of the sagittal rate is below that of
 a leg, as of an arm, a phone at the ear or a sensor mounted the wrong way round, the standard

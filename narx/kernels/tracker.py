@@ -53,7 +53,9 @@ OWN, CARRIED, ABOUT, NOW, MEANS = 3, 4, 6, 7, 8
 
 SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
 # a swing with more doubt, while the angle is known, is a change of posture such as sitting down
-MOST_DOUBT = 100.0
+MOST_DOUBT = 50.0
+# once the posture is established, an angle so far from it is not that of a walking leg
+FAR_RAD = math.radians(50.0)
 # a longer gap leaves no more of the angle than this one
 LONGEST_GAP_S = 1.0
 # larger than the bias of any current gyroscope
@@ -207,7 +209,7 @@ def _learn_from_swing(x: Any, covariance: Any, s: Any, p: Any, work: Any) -> boo
         elif s[ODD + axis] * residual > 0.0:
             # two outliers in a row with the same sign: the posture has changed, or was wrong
             # before; a heading far from the mean is a turn, never an error
-            share = p[EARLY] / (p[EARLY] + s[TRUST]) if axis < 2 else 0.0
+            share = (p[EARLY] / (p[EARLY] + s[TRUST])) ** 2 if axis < 2 else 0.0
             covariance[axis, axis] += residual**2 * share
             covariance[CENTRE + axis, CENTRE + axis] += residual**2 * (1.0 - share)
             s[ODD + axis] = 0.0
@@ -287,6 +289,8 @@ def step(
     works = walks and (
         max(covariance[CENTRE, CENTRE], covariance[CENTRE + 1, CENTRE + 1]) < p[KNOWN_ENOUGH]
     )
+    if s[TRUST] > p[EARLY]:
+        works &= max(abs(x[0] - x[CENTRE]), abs(x[1] - x[CENTRE + 1])) < FAR_RAD
     turn, cos_f = _advance(x, s, p, weights, rates, past, works, work, features, arguments)
     if abs(x[0]) > math.pi:
         whole = math.copysign(2.0 * math.pi, x[0])

@@ -192,10 +192,12 @@ def test_a_pause_is_waited_for(sits_deg, pause_s):
     assert off_deg(method, walk, (again, again + 30.0)) < 3.0
 
 
-def test_sitting_down_while_walking_is_not_a_swing():
+# where in the stride the person sits down
+@pytest.mark.parametrize("begin_s", [30.0, 30.25, 30.5, 30.75])
+def test_sitting_down_while_walking_is_not_a_swing(begin_s):
     never, paused = Walk(60.0), Walk(90.0)
-    begin, end = round(30.0 * RATE_HZ), round(60.0 * RATE_HZ)
-    sits = 80.0 * (paused.ramp(30.0, 1.5) - paused.ramp(58.5, 1.5))
+    begin, end = round(begin_s * RATE_HZ), round((begin_s + 30.0) * RATE_HZ)
+    sits = 80.0 * (paused.ramp(begin_s, 1.5) - paused.ramp(begin_s + 28.5, 1.5))
     signals, truth = never.signals()
     angles = np.degrees(np.insert(truth, [begin] * (end - begin), truth[begin], axis=0))
     angles[:, 0] += sits
@@ -206,7 +208,10 @@ def test_sitting_down_while_walking_is_not_a_swing():
     method = tracked()
     with_pause = method.run(replace(signals, axis_rates_rad_s=rates, specific_force_m_s2=rates))
     # the network, which leaks towards the posture, stops as soon as the person has sat down
-    assert with_pause.starting[begin + round(1.6 * RATE_HZ) : end].all()
+    seated = slice(begin + round(1.6 * RATE_HZ), end)
+    assert with_pause.starting[seated].all()
+    error = angles[seated, 0] - np.degrees(with_pause.angles_rad[seated, 0])
+    assert np.abs(error[: round(3.0 * RATE_HZ)]).max() < 4.0
     away = np.degrees(with_pause.angles_rad[end:] - method.estimate(signals)[begin:])[:, :2]
     assert np.abs(away[round(10.0 * RATE_HZ) :]).max() < 3.0
 
