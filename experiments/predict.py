@@ -15,6 +15,12 @@ from narx.experiments.command import command
 from narx.experiments.predictions.angle_files import check_suffix
 from narx.experiments.predictions.bulk import is_bulk, jobs_of_files, run_all
 from narx.experiments.predictions.jobs import trial_jobs
+from narx.experiments.predictions.motion_bids_files import (
+    ENDING,
+    files_beside,
+    root_of,
+    write_description,
+)
 from narx.experiments.predictions.partitions import is_partitioned, part_jobs
 from narx.experiments.predictions.provenance import hashes_of, write_provenance
 from narx.experiments.predictions.session import BESIDE, predict_files, session_files
@@ -52,8 +58,11 @@ def _predict(cfg: DictConfig) -> None:
         run_all(part_jobs(cfg, files, target), target, cfg)
         return
     check_suffix(target)
-    beside = ("record.json", *(BESIDE if files else ()))
-    written = [target, *(target.with_name(f"{target.stem}_{name}") for name in beside)]
+    # the whole name, since angles.csv and angles.sto may be of different recordings
+    record = target.with_name(f"{target.name}_record.json")
+    beside = [target.with_name(f"{target.stem}_{name}") for name in (BESIDE if files else ())]
+    is_bids = target.name.endswith(ENDING)
+    written = [target, record, *beside, *(files_beside(target) if is_bids else ())]
     _check_free(written, sources)
     if files is not None:
         notes = predict_files(cfg, files, target)
@@ -66,7 +75,9 @@ def _predict(cfg: DictConfig) -> None:
     own = {path.resolve() for path in written}
     hashes = hashes_of(sources).items()
     read = {path: digest for path, digest in hashes if Path(path).resolve() not in own}
-    write_provenance(cfg, written[1], read, notes)
+    if is_bids:
+        write_description(root_of(target))
+    write_provenance(cfg, record, read, notes)
 
 
 def _check_free(written: list[Path], sources: list[Path]) -> None:

@@ -92,7 +92,20 @@ TESTS = {
     "beyond any sensor": [
         FAULTS + "test_faults_become_missing_and_are_counted",
         PLAUSIBILITY + "test_half_a_per_cent_beyond_any_gyroscope_is_refused",
+        PLAUSIBILITY + "test_one_impossible_value_is_a_code_for_missing_samples",
         PLAUSIBILITY + "test_impossible_accelerations_are_missing",
+    ],
+    "16-bit overflow": [
+        "narx/recordings/test_overflow.py::test_rates_that_wrap_around_are_continued",
+        "narx/recordings/test_overflow.py::test_rates_that_wrap_around_too_often_are_refused",
+        "narx/recordings/test_overflow.py::test_a_wrap_that_does_not_come_back_is_refused",
+        "narx/recordings/test_overflow.py::test_other_signals_are_left",
+    ],
+    "sensors of a session that are apart": [
+        "narx/recordings/test_session_clock.py::"
+        "test_overlapping_stamps_are_used_and_disagreement_is_reported",
+        "narx/recordings/test_session_clock.py::"
+        "test_a_steady_walk_some_strides_apart_is_not_certain",
     ],
     "clipping": [
         FAULTS + "test_clipping_is_reported_and_left",

@@ -17,6 +17,14 @@ from narx.experiments.networks import candidate_of, trainer
 from narx.settings.checked import validated
 from narx.settings.wording import shown
 
+# sources for training and comparison that have no angles to predict
+_NOT_PREDICTED = {
+    "simulated_gait": "simulated walks have true angles",
+    "smartphone_pocket": "its phones are on a thigh of unknown side, or in a hand",
+    "broad": "its sensor is moved by hand",
+    "joint_1to3dof": "its sensors are moved by hand",
+}
+
 
 def checked_configuration(cfg: DictConfig, command: str) -> DictConfig:
     """Check every key of a command's configuration.
@@ -39,6 +47,8 @@ def checked_configuration(cfg: DictConfig, command: str) -> DictConfig:
     UserError
         If a value is not allowed; the message names the key, its value and what is expected.
     """
+    if command == "predict":
+        _check_predicted(cfg)
     values = _container(cfg)
     schema = schema_for(SCHEMAS[command], values)
     result = OmegaConf.create(validated(schema, values).model_dump(by_alias=True))
@@ -50,6 +60,16 @@ def checked_configuration(cfg: DictConfig, command: str) -> DictConfig:
         _check_names_of_sources(result)
         _check_candidates(result, command)
     return result
+
+
+def _check_predicted(cfg: DictConfig) -> None:
+    """Refuse sources without sensors on a leg before anything is read."""
+    for name in cfg.get("data") or {}:
+        if name in _NOT_PREDICTED:
+            raise UserError(
+                f"data={name}: {_NOT_PREDICTED[str(name)]}; expected study, motion_bids or "
+                "neura_sample (narx-benchmark predicts the others, and compares)"
+            )
 
 
 def _container(cfg: DictConfig) -> dict[str, Any]:

@@ -15,7 +15,7 @@ class AngleColumn:
     Parameters
     ----------
     point : str
-        Segment or joint; ``segment`` where a single one is predicted.
+        Segment or joint.
     axis : str
         Clinical axis.
     is_std : bool
@@ -27,13 +27,15 @@ class AngleColumn:
     is_std: bool
 
 
-def angle_column(name: str) -> AngleColumn | None:
+def angle_column(name: str, alone: str = "segment") -> AngleColumn | None:
     """Parse the name of a column.
 
     Parameters
     ----------
     name : str
         Such as ``knee_right_sagittal_deg`` or ``sagittal_std_deg``.
+    alone : str
+        The segment, where a single one is predicted and the columns do not name it.
 
     Returns
     -------
@@ -41,4 +43,4 @@ def angle_column(name: str) -> AngleColumn | None:
         None for other columns.
     """
     found = _NAME.fullmatch(name)
-    return AngleColumn(found[1] or "segment", found[2], bool(found[3])) if found else None
+    return AngleColumn(found[1] or alone, found[2], bool(found[3])) if found else None

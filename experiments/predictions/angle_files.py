@@ -26,16 +26,17 @@ def check_suffix(path: Path) -> None:
     Raises
     ------
     UserError
-        If its suffix is not in `SUFFIXES`, or it ends as a file of Motion-BIDS without its name.
+        If its suffix is not in `SUFFIXES`, or it ends as a file of Motion-BIDS without
+        the name and folder of one.
     """
     if path.name.endswith(motion_bids_files.ENDING):
-        motion_bids_files.check_name(path)
+        motion_bids_files.check_path(path)
     elif path.suffix.lower() not in SUFFIXES:
         known = ", ".join((*SUFFIXES, motion_bids_files.ENDING))
         raise UserError(f"output: '{path}', expected a name ending in {known}")
 
 
-def write_angles(table: pd.DataFrame, path: Path) -> None:
+def write_angles(table: pd.DataFrame, path: Path, segment: str | None = None) -> None:
     """Write a table in the format given by the file's suffix.
 
     Parameters
@@ -44,6 +45,8 @@ def write_angles(table: pd.DataFrame, path: Path) -> None:
         ``time_s`` first; angles in degrees.
     path : pathlib.Path
         File to write; replaced only when complete.
+    segment : str, optional
+        The segment of a single sensor, if known, for formats that name it.
 
     Raises
     ------
@@ -53,10 +56,10 @@ def write_angles(table: pd.DataFrame, path: Path) -> None:
     check_suffix(path)
     try:
         if path.name.endswith(motion_bids_files.ENDING):
-            motion_bids_files.write_motion_bids(table, path)
+            motion_bids_files.write_motion_bids(table, path, segment or "segment")
             return
         if path.suffix.lower() == ".c3d":
-            write_c3d(table, path)
+            write_c3d(table, path, segment or "segment")
             return
         with atomic_path(path) as temporary:
             suffix = path.suffix.lower()

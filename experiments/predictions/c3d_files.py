@@ -16,7 +16,7 @@ _MOST_FRAMES = 65_535
 _LATEST_SAMPLES = 0.5
 
 
-def write_c3d(table: pd.DataFrame, path: Path) -> None:
+def write_c3d(table: pd.DataFrame, path: Path, alone: str) -> None:
     """Write each segment and joint as a point of the group ANGLES: x, y, z are the three angles.
 
     Standard deviations are points with ``_std`` after the name. Missing angles are invalid points
@@ -28,6 +28,8 @@ def write_c3d(table: pd.DataFrame, path: Path) -> None:
         ``time_s`` first; angles in degrees.
     path : pathlib.Path
         File to write.
+    alone : str
+        Name of the segment of a single sensor.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def write_c3d(table: pd.DataFrame, path: Path) -> None:
     rate_hz = _rate_hz(table["time_s"].to_numpy(), path)
     points: dict[str, list[str]] = {}
     for name in map(str, table):
-        column = angle_column(name)
+        column = angle_column(name, alone)
         if column is not None:
             label = f"{column.point}_std" if column.is_std else column.point
             points.setdefault(label, [""] * len(AXES))[AXES.index(column.axis)] = name

@@ -5,6 +5,7 @@ Joints are channels of type JNTANG. The angles of segments are clinical angles w
 own, not an orientation by Euler angles, so they are MISC, with a description.
 """
 
+import json
 import re
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 import narx
+from narx.datasets.bids_files import entities_of
 from narx.errors import UserError
 from narx.experiments.predictions.angle_columns import angle_column
 from narx.experiments.runs.record import write_json
@@ -28,10 +30,19 @@ _MEANING = dict(
     zip(AXES, ("flexion positive", "abduction positive", "internal rotation positive"), strict=True)
 )
 _BIDS_VERSION = "1.10.0"
+_DESCRIPTION, _MADE_BY = "dataset_description.json", "narx-orientation"
+_NOT_BIDS = (
+    "*_strides.csv",
+    "*_cycle.csv",
+    "*_cycle.png",
+    "*_record.json",
+    "record.json",
+    "summary.csv",
+)
 
 
-def check_name(path: Path) -> None:
-    """Refuse a file name that is none of Motion-BIDS.
+def check_path(path: Path) -> None:
+    """Refuse a file name or folder that is none of Motion-BIDS.
 
     Parameters
     ----------
@@ -41,13 +52,52 @@ def check_name(path: Path) -> None:
     Raises
     ------
     UserError
-        If its entities are incomplete or in another order.
+        If its entities are incomplete or in another order, or it is not in the folder of its
+        subject and session, or the root of these is that of another data set.
     """
     if not _NAME.fullmatch(path.name):
         raise UserError(
             f"output: '{path}', expected sub-<label>[_ses-<label>]_task-<label>_tracksys-<label>"
             f"[_acq-<label>][_run-<number>]{ENDING}"
         )
+    entities = entities_of(path.name)
+    own = [f"{key}-{entities[key]}" for key in ("sub", "ses") if key in entities] + ["motion"]
+    if list(path.absolute().parent.parts[-len(own) :]) != own:
+        raise UserError(f"output: '{path}', expected DATASET/{'/'.join(own)}/{path.name}")
+    _check_root(root_of(path))
+
+
+def root_of(path: Path) -> Path:
+    """Return the root of the data set of a file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        As accepted by `check_path`.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder above that of the subject.
+    """
+    return path.absolute().parents[3 if "ses" in entities_of(path.name) else 2]
+
+
+def files_beside(path: Path) -> list[Path]:
+    """List the files that are written with a file of samples.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        As accepted by `check_path`.
+
+    Returns
+    -------
+    list of pathlib.Path
+        Table of channels and side file.
+    """
+    stem = path.name.removesuffix(ENDING)
+    return [path.with_name(f"{stem}{ending}") for ending in ("_channels.tsv", "_motion.json")]
 
 
 def file_of_trial(subject: str, condition: str, trial: str) -> Path:
@@ -71,14 +121,23 @@ def file_of_trial(subject: str, condition: str, trial: str) -> Path:
 
 
 def write_description(folder: Path) -> None:
-    """Write the ``dataset_description.json`` of a folder of derivatives.
+    """Write ``dataset_description.json`` of a folder of derivatives, and ``.bidsignore``.
+
+    Strides, gait cycles and records have no name in BIDS; ``.bidsignore`` lists them, so that the
+    data set is valid with them.
 
     Parameters
     ----------
     folder : pathlib.Path
         Root of the data set.
+
+    Raises
+    ------
+    UserError
+        If it is the root of another data set, such as that of the recordings.
     """
-    made_by = {"Name": "narx-orientation", "Version": narx.__version__}
+    _check_root(folder)
+    made_by = {"Name": _MADE_BY, "Version": narx.__version__}
     write_json(
         {
             "Name": "Angles of segments and joints",
@@ -86,11 +145,28 @@ def write_description(folder: Path) -> None:
             "DatasetType": "derivative",
             "GeneratedBy": [made_by],
         },
-        folder / "dataset_description.json",
+        folder / _DESCRIPTION,
     )
+    with atomic_path(folder / ".bidsignore") as temporary:
+        temporary.write_text("\n".join(_NOT_BIDS) + "\n", encoding="utf-8")
 
 
-def write_motion_bids(table: pd.DataFrame, path: Path) -> None:
+def _check_root(folder: Path) -> None:
+    try:
+        about = json.loads((folder / _DESCRIPTION).read_text("utf-8-sig"))
+        makers = [one["Name"] for one in about["GeneratedBy"]]
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError, KeyError, TypeError):
+        makers = []
+    if makers != [_MADE_BY]:
+        raise UserError(
+            f"output: '{folder / _DESCRIPTION}' describes another data set; expected a folder of "
+            "its own, such as derivatives/narx below it"
+        )
+
+
+def write_motion_bids(table: pd.DataFrame, path: Path, alone: str) -> None:
     """Write angles; the samples last, since they stand for the whole.
 
     Parameters
@@ -98,33 +174,36 @@ def write_motion_bids(table: pd.DataFrame, path: Path) -> None:
     table : pandas.DataFrame
         ``time_s`` first; angles in degrees.
     path : pathlib.Path
-        File of the samples, as in `check_name`.
+        File of the samples, as in `check_path`.
+    alone : str
+        Name of the segment of a single sensor.
     """
-    stem = path.name.removesuffix(ENDING)
-    channels = pd.DataFrame([_channel(str(name)) for name in table])
-    with atomic_path(path.with_name(f"{stem}_channels.tsv")) as temporary:
+    entities = entities_of(path.name)
+    channel_file, side_file = files_beside(path)
+    channels = pd.DataFrame([_channel(str(name), alone) for name in table])
+    with atomic_path(channel_file) as temporary:
         _write_tsv(channels, temporary, header=True)
     interval_s = float(np.median(np.diff(table["time_s"]))) if len(table) > 1 else float("nan")
     counts = channels["type"].value_counts()
     points = set(channels["tracked_point"]) - {"n/a"}
     about = {
-        "TaskName": re.findall("_task-([a-zA-Z0-9]+)", stem)[0],
-        "TrackingSystemName": re.findall("_tracksys-([a-zA-Z0-9]+)", stem)[0],
+        "TaskName": entities["task"],
+        "TrackingSystemName": entities["tracksys"],
         "SamplingFrequency": round(1.0 / interval_s, 6),
         "MotionChannelCount": len(channels),
         "TrackedPointsCount": len(points),
         "MissingValues": "n/a",
         **{f"{kind}ChannelCount": int(counts[kind]) for kind in sorted(counts.index)},
     }
-    write_json(about, path.with_name(f"{stem}_motion.json"))
+    write_json(about, side_file)
     with atomic_path(path) as temporary:
         _write_tsv(table, temporary, header=False)
 
 
-def _channel(name: str) -> dict[str, str]:
+def _channel(name: str, alone: str) -> dict[str, str]:
     point, kind, units = "n/a", "MISC", "n/a"
     description = "0 network, 1 after a gap, 2 missing, 3 start-up or no walking, 4 unlike a leg"
-    column = angle_column(name)
+    column = angle_column(name, alone)
     if name == "time_s":
         kind, units, description = "LATENCY", "s", "time of the sample"
     elif column is not None:

@@ -1,5 +1,6 @@
 """Predict one sensor: the angles of its segment from its file."""
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from omegaconf import DictConfig
 
 from narx.calibration.static_bias import resting_mean
 from narx.datasets.csv_recording import read_recording
+from narx.datasets.segment_names import segment_in_name
 from narx.errors import UserError
 from narx.experiments.predictions.angle_files import write_angles
 from narx.experiments.predictions.options import interval_s, layout_of
@@ -16,7 +18,12 @@ from narx.inference.checkpoint import Checkpoint
 from narx.inference.predict import Prediction, Side, predict
 from narx.inference.pretrained import load_or_pretrained
 from narx.kinematics.segment_angles import AXES
+from narx.recordings.rest import first_rest_s
+from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
+
+# shortest rest at the start that is noted, s
+_NOTED_REST_S = 0.5
 
 
 def table_of(prediction: Prediction) -> pd.DataFrame:
@@ -86,8 +93,21 @@ def predict_file(cfg: DictConfig, source: Path, target: Path, side: Side) -> tup
         bias_rad_s=_bias_rad_s(cfg),
         where=str(source),
     )
-    write_angles(table_of(prediction), target)
+    if cfg.start_pose == "auto":
+        prediction = replace(prediction, notes=(*prediction.notes, *_standing_note(recording)))
+    write_angles(table_of(prediction), target, segment_in_name(source.stem))
     return prediction, int(np.isfinite(prediction.angles_rad).all(axis=1).sum())
+
+
+def _standing_note(recording: ImuRecording) -> list[str]:
+    """Report a rest at the start that is not used as the zero of the angles."""
+    rest_s = first_rest_s([recording.gyroscope_rad_s], recording.sampling_rate_hz)
+    if rest_s < _NOTED_REST_S:
+        return []
+    return [
+        f"begins with {rest_s:.1f} s of rest, which is not used as the zero of the angles; if it "
+        "is upright standing, give start_pose=known"
+    ]
 
 
 def _bias_rad_s(cfg: DictConfig) -> FloatArray | None:

@@ -37,6 +37,9 @@ Mode = Literal["auto", "leg", "knee", "functional", "walking", "sensor"]
 # heading errors left by the calibration movements, thigh and shank (docs/recordings.md)
 LEG_HEADING_SD_DEG = (5.0, 2.0)
 
+# note of a segment whose bias was left
+BIAS_UNKNOWN = "static gyroscope bias unknown, not removed"
+
 
 @dataclass(frozen=True)
 class CalibratedSegment:
@@ -139,7 +142,7 @@ def _calibrate_segment(
     still = static_bias(trial, segment)
     bias = np.zeros(3) if still is None else still.bias_rad_s
     notes = [
-        "static gyroscope bias unknown, not removed"
+        BIAS_UNKNOWN
         if still is None
         else f"static gyroscope bias {np.degrees(bias).round(2).tolist()} deg/s "
         f"from {still.where} removed"

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -10,12 +11,16 @@ import numpy as np
 
 from narx.datasets.device_layouts import shipped_layouts
 from narx.datasets.layout import Layout
-from narx.datasets.table_recording import Sensor, sensor_from
-from narx.datasets.text_dialect import read_table
+from narx.datasets.table_recording import Sensor, recording_from, sensor_from
+from narx.datasets.text_dialect import TextTable, read_table
 from narx.errors import RecordingError
 from narx.recordings.input_file import check_memory, regular_file
 from narx.recordings.one_clock import at_gyroscope_times, union_of_rows
 from narx.recordings.trial import ImuRecording
+
+_TEXT = (".csv", ".txt", ".tsv")
+# a meta folder contains the device's description, and macOS adds files of its own
+_NO_SAMPLES = re.compile(r"meta/|__MACOSX/|(^|/)\.|readme", re.IGNORECASE)
 
 
 def read_bundle(path: Path, segment: str) -> ImuRecording:
@@ -37,7 +42,7 @@ def read_bundle(path: Path, segment: str) -> ImuRecording:
     Raises
     ------
     RecordingError
-        If it contains no gyroscope file.
+        If it contains no gyroscope file of a known app, and not exactly one table.
     """
     contents = _contents(path)
     for layout in shipped_layouts():
@@ -70,6 +75,9 @@ def read_bundle(path: Path, segment: str) -> ImuRecording:
             note = f"accelerometer's sign changed, according to {layout.opposite.file}"
             recording = replace(recording, notes=(*recording.notes, note))
         return at_gyroscope_times(union_of_rows(recording, accelerometer.time_s, force))
+    if len(contents) == 1:
+        ((name, content),) = contents.items()
+        return recording_from(_table(path, name, content), None, segment)
     found = ", ".join(sorted(contents)[:20]) or "nothing"
     raise RecordingError(f"{path}: no gyroscope's file of a known app in it; found {found}")
 
@@ -86,18 +94,15 @@ def _about(contents: dict[str, bytes | Path], name: str) -> dict[str, str]:
 def _contents(path: Path) -> dict[str, bytes | Path]:
     """Text files by name; those of a zip are read at once, up to the size limit of one file."""
     if path.is_dir():
-        return {one.name: one for one in path.iterdir() if one.suffix.lower() in (".csv", ".txt")}
+        return {one.name: one for one in path.iterdir() if one.suffix.lower() in _TEXT}
     try:
         with zipfile.ZipFile(regular_file(path)) as archive:
-            members = [
-                m for m in archive.infolist() if m.filename.lower().endswith((".csv", ".txt"))
-            ]
+            members = [m for m in archive.infolist() if m.filename.lower().endswith(_TEXT)]
             check_memory(path, sum(member.file_size for member in members))
-            # a meta folder contains the device's description, not samples
             return {
                 Path(member.filename).name: archive.read(member)
                 for member in members
-                if "meta/" not in member.filename
+                if not _NO_SAMPLES.search(member.filename)
             }
     except RecordingError:
         raise
@@ -108,6 +113,9 @@ def _contents(path: Path) -> dict[str, bytes | Path]:
 def _sensor(
     path: Path, contents: dict[str, bytes | Path], name: str, layout: Layout, sensor: str
 ) -> Sensor:
-    content = contents[name]
-    table = read_table(content) if isinstance(content, Path) else read_table(path / name, content)
+    table = _table(path, name, contents[name])
     return sensor_from(table, layout, "gyroscope" if sensor == "gyroscope" else "accelerometer")
+
+
+def _table(path: Path, name: str, content: bytes | Path) -> TextTable:
+    return read_table(content) if isinstance(content, Path) else read_table(path / name, content)

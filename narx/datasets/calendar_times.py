@@ -9,6 +9,7 @@ import pandas as pd
 from narx.types import FloatArray
 
 _DAY_S = 86_400.0
+_OF_THE_HOUR = re.compile(r"\s*(\d{1,3}):([0-5]?\d[.,]\d+)\s*")
 _TIME_OF_DAY = re.compile(
     r"(?<!\d)([01]?\d|2[0-3]):([0-5]\d):([0-5]\d(?:[.,:]\d+)?)\s*([AaPp]\.?[Mm]\.?)?(?![\d:])"
 )
@@ -21,7 +22,8 @@ def seconds_of(cells: Sequence[str]) -> FloatArray:
     ----------
     cells : sequence of str
         ISO 8601, with or without a zone; or texts with a time such as ``22:13:20.04`` or
-        ``10:13:20,04 PM``, and a date of any form.
+        ``10:13:20,04 PM``, and a date of any form; or minutes and seconds with decimals, all of
+        them, such as ``13:20.04``, which begin again at the hour.
 
     Returns
     -------
@@ -37,6 +39,10 @@ def seconds_of(cells: Sequence[str]) -> FloatArray:
     stamps = pd.to_datetime(pd.Series(cells), format="ISO8601", utc=True, errors="coerce")
     if re.match(r"\s*\d{4}", cells[0]) and stamps.notna().iloc[0]:
         return np.asarray((stamps - stamps.iloc[0]).dt.total_seconds(), dtype=np.float64)
+    if all(of_hour := [_OF_THE_HOUR.fullmatch(cell) for cell in cells]):
+        pairs = [(match[1], match[2].replace(",", ".")) for match in of_hour if match]
+        of_hour_s = np.array([60.0 * int(minutes) + float(seconds) for minutes, seconds in pairs])
+        return of_hour_s - of_hour_s[0]
     of_day = np.full(len(cells), np.nan)
     dates = []
     for row, cell in enumerate(cells):

@@ -73,6 +73,8 @@ def find(
         If some axes are missing, a name occurs twice, or the unit is unknown or contradicted by
         the units row.
     """
+    if columns.unit_below and units is None:
+        return None
     axes: Sequence[str] = ("",) if quantity == "time" else AXES
     matches = [_matches(columns, axis, names) for axis in axes]
     if not any(matches):
@@ -187,13 +189,15 @@ def _matches(columns: Columns, axis: str, names: Sequence[str]) -> list[tuple[in
 def _pattern(names: str, axis: str) -> re.Pattern[str]:
     pattern = re.escape(names).replace(r"\{axis\}", re.escape(axis))
     pattern = pattern.replace(r"\{unit\}", "(?P<unit>.+?)").replace(r"\{any\}", ".*")
+    pattern = pattern.replace(r"\{sep\}", "[_ .-]?")
     return re.compile(pattern, re.IGNORECASE)
 
 
 def _spelled(columns: Columns, axis: str, unit: str) -> str:
     if not isinstance(columns.names, str):
         return str(columns.names[AXES.index(axis) if axis else 0])
-    return columns.names.replace("{axis}", axis).replace("{unit}", unit)
+    name = columns.names.replace("{sep}", "_")
+    return name.replace("{axis}", axis).replace("{unit}", unit)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -1,7 +1,8 @@
 """Meaning of a table's columns: a small description per device, matched to the names found.
 
-A pattern is a column's name with ``{axis}`` for x, y, z, ``{unit}`` for any known unit and
-``{any}`` for anything; case is ignored. Names may also be listed, with the unit given separately.
+A pattern is a column's name with ``{axis}`` for x, y, z, ``{unit}`` for any known unit, ``{sep}``
+for a blank, ``_``, ``-``, ``.`` or nothing, and ``{any}`` for anything; case is ignored. Names may
+also be listed, with the unit given separately.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,6 +27,8 @@ class Columns:
         +1 or -1, for all axes or each, for a device with reversed axes.
     wraps : int, optional
         Period of a counter that wraps around to zero.
+    unit_below : bool
+        Whether the columns are these only if there is a row of units.
 
     Raises
     ------
@@ -37,6 +40,7 @@ class Columns:
     unit: str | None = None
     sign: int | Sequence[int] = 1
     wraps: int | None = None
+    unit_below: bool = False
 
     def __post_init__(self) -> None:
         names = [self.names] if isinstance(self.names, str) else self.names
@@ -122,6 +126,19 @@ _TIMES = ("time", "timestamp", "timestamps", "datetime", "date_time", "date time
 
 
 _IN_NAME = ("_{unit}", " ({unit})", " [{unit}]", "({unit})", "[{unit}]")
+# other words for the quantities, in the languages of users' spreadsheets
+_OTHER_TIMES = ("zeit", "temps", "tiempo", "tempo", "tijd", "tid", "czas", "elapsed", "t")
+_OTHER_RATES = (
+    "angular{sep}velocity", "angular{sep}rate", "ang{sep}vel", "rotation{sep}rate", "omega",
+    "gyros", "gyroskop", "drehrate", "winkelgeschwindigkeit", "gyromètre", "vitesse{sep}angulaire",
+    "giroscopio", "giróscopo", "giroscópio", "velocidad{sep}angular", "velocidade{sep}angular",
+    "velocità{sep}angolare", "gyroscoop", "hoeksnelheid", "żyroskop",
+)  # fmt: skip
+_OTHER_FORCES = (
+    "acceleration", "specific{sep}force", "beschleunigung", "accéléromètre", "accélération",
+    "acelerómetro", "aceleración", "acelerômetro", "aceleração", "accelerometro", "accelerazione",
+    "versnelling", "przyspieszenie",
+)  # fmt: skip
 
 
 def _own(name: str, *others: str) -> tuple[Columns, ...]:
@@ -130,20 +147,29 @@ def _own(name: str, *others: str) -> tuple[Columns, ...]:
     Other names need the unit, since devices use them for a unit of their own.
     """
     full = [Columns(name + unit) for unit in (*_IN_NAME, "")]
-    return (*full, *(Columns(other + unit) for other in others for unit in _IN_NAME))
+    named = [Columns(other + unit) for other in others for unit in _IN_NAME]
+    return (*full, *named, *(Columns(other, unit_below=True) for other in others))
 
 
-def _spaced(*names: str) -> tuple[str, ...]:
-    return tuple(name + between + "{axis}" for name in names for between in ("_", " ", "-", ""))
+def _along(*names: str) -> tuple[str, ...]:
+    return tuple(name + "{sep}{axis}" for name in names)
 
 
 OWN = Layout(
     "narx",
     (
-        *(columns for columns in _own("time") if "{unit}" in columns.names),
+        *(columns for columns in _own("time", *_OTHER_TIMES) if columns.names != "time"),
         *(columns for columns in _own("timestamp") if "{unit}" in columns.names),
+        Columns("seconds", unit="s"),
+        Columns("milliseconds", unit="ms"),
         *(Columns(name, unit=CALENDAR) for name in _TIMES),
     ),
-    _own("gyroscope_{axis}", "gyroscope {axis}", *_spaced("gyro", "gyr"), "g{axis}", "w{axis}"),
-    _own("accelerometer_{axis}", "accelerometer {axis}", *_spaced("accel", "acc"), "a{axis}"),
-)
+    _own(
+        "gyroscope_{axis}", *_along("gyroscope", "gyro", "gyr"), "g{axis}", "w{axis}",
+        *_along(*_OTHER_RATES),
+    ),
+    _own(
+        "accelerometer_{axis}", *_along("accelerometer", "accel", "acc"), "a{axis}",
+        *_along(*_OTHER_FORCES),
+    ),
+)  # fmt: skip

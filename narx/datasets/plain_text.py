@@ -1,6 +1,5 @@
 """Fast reader of the plainest CSV: a header line, commas, decimal points, nothing but numbers."""
 
-import io
 import re
 from pathlib import Path
 
@@ -17,6 +16,8 @@ _NUMBERS = b"0123456789+-.eE,\r\nnaNA"
 _MISSING = ["", "nan", "NaN", "NA", "NAN"]
 # of text: itself, without its header, and as columns twice
 _MEMORY_PER_BYTE = 4
+# read at once up to this size: one block is parsed faster than many, and needs no joining
+_BLOCK_BYTES = 2**24
 _HEADER = re.compile(rb"[A-Za-z][\w/^()\[\] .-]*(?:,[A-Za-z][\w/^()\[\] .-]*)+")
 
 
@@ -44,7 +45,7 @@ def plain_table(path: Path, content: bytes) -> ArrayTable | None:
     header = head.rstrip(b"\r")
     if not _HEADER.fullmatch(header) or not body.endswith(b"\n"):
         return None
-    if body.translate(None, _NUMBERS) or content.count(b"\r") not in (0, content.count(b"\n")):
+    if body.translate(None, _NUMBERS) or not _has_plain_line_ends(content):
         return None
     names = tuple(name.strip() for name in header.decode("ascii").split(","))
     if not all(names):
@@ -52,9 +53,11 @@ def plain_table(path: Path, content: bytes) -> ArrayTable | None:
     check_memory(path, _MEMORY_PER_BYTE * len(content))
     try:
         table = pyarrow.csv.read_csv(
-            io.BytesIO(body),
+            pyarrow.BufferReader(body),
             pyarrow.csv.ReadOptions(
-                column_names=[str(k) for k in range(len(names))], use_threads=False
+                column_names=[str(k) for k in range(len(names))],
+                use_threads=False,
+                block_size=_BLOCK_BYTES,
             ),
             convert_options=pyarrow.csv.ConvertOptions(
                 null_values=_MISSING,
@@ -68,3 +71,8 @@ def plain_table(path: Path, content: bytes) -> ArrayTable | None:
     if any(np.isinf(column).any() for column in columns) or not table.num_rows:
         return None
     return ArrayTable(path, names, lambda column: pd.Series(columns[column], copy=False))
+
+
+def _has_plain_line_ends(content: bytes) -> bool:
+    # the search for a byte is much faster than its count
+    return b"\r" not in content or content.count(b"\r") == content.count(b"\n")

@@ -3,6 +3,7 @@
 import re
 
 from narx.files import safe_name
+from narx.recordings.trial import kind_of
 
 _PARTS = {
     "thigh": ("thigh", "upperleg", "upleg", "femur"),
@@ -50,3 +51,20 @@ def segment_of(name: str) -> str:
         if spellings[0] in joined or spellings[1] in words or rest == spellings[1]:
             return f"{part}_{side}"
     return part
+
+
+def segment_in_name(name: str) -> str | None:
+    """Find a segment in a name.
+
+    Parameters
+    ----------
+    name : str
+        As for `segment_of`.
+
+    Returns
+    -------
+    str or None
+        None if the name contains no known body part.
+    """
+    segment = segment_of(name)
+    return segment if kind_of(segment) in _PARTS else None

@@ -22,7 +22,7 @@ _BEYOND_SENSORS = 1e30
 _SAME = 0.01
 # times without a unit: the rates of inertial sensors span less than a factor of 1000
 _RATES_HZ = (8.0, 4000.0)
-_TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "days": 86400.0}
 
 
 class Table(Protocol):

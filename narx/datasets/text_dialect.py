@@ -15,6 +15,7 @@ import numpy as np
 
 from narx.datasets.calendar_times import seconds_of
 from narx.datasets.text_encoding import decoded
+from narx.datasets.text_numbers import MISSING, decimal_of, is_number, number_in, plain_numbers
 from narx.datasets.units import is_unit
 from narx.errors import RecordingError
 from narx.recordings.input_file import check_memory, regular_file
@@ -26,19 +27,9 @@ _MEMORY_PER_BYTE = 12
 _COMMENT = ("#", "%", "//")
 # lines used to detect the dialect, spread over the file
 _SAMPLE = 60
-_MISSING = frozenset(
-    ("", "na", "n/a", "#n/a", "nan", "-nan", "null", "none", "nil", "<na>", "-", "--", "?", ".",
-     "missing", "#value!", "#num!", "n.a.", "---", "----", "*", "''", "k.a.", "void", "invalid",
-     "#div/0!", "#ref!", "<null>", "n.d.", "nd", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind")
-)  # fmt: skip
 # calibrated and raw signals of the same name, in a row below it
 _STAGES = frozenset(("CAL", "RAW", "UNCAL"))
-_NUMBER = re.compile(r"[+-]?(\d+([., '\u00a0\u202f]\d+)*[.,]?|[.,]\d+)([eE][+-]?\d+)?")
 _WHOLE_QUOTED = re.compile(r'\s*"[^"]*[,;\t|][^"]*"\s*')
-_GROUPED = {
-    ".": re.compile(r"[+-]?\d{1,3}([, '\u00a0\u202f]\d{3})+(\.\d*)?"),
-    ",": re.compile(r"[+-]?\d{1,3}([. '\u00a0\u202f]\d{3})+(,\d*)?"),
-}
 
 
 @dataclass(frozen=True)
@@ -99,9 +90,9 @@ class TextTable:
             If a cell is not a finite number; the message names line and column.
         """
         cells = self._cells(column)
-        numbers = _plain_numbers(cells) if self.decimal == "." else None
+        numbers = plain_numbers(cells) if self.decimal == "." else None
         if numbers is None:
-            numbers = np.array([_number(cell, self.decimal) for cell in cells])
+            numbers = np.array([number_in(cell, self.decimal) for cell in cells])
         wrong = np.flatnonzero(np.isinf(numbers))
         if wrong.size:
             first = int(wrong[0])
@@ -184,6 +175,11 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
     if lines and (declared := re.match(r'"?sep=(\\t|.)', lines[0][1], re.IGNORECASE)):
         separator = declared[1].replace("\\t", "\t")
         lines = lines[1:]
+    if lines and max(len(line) for _, line in lines) > csv.field_size_limit():
+        raise RecordingError(
+            f"{path}: a line of more than {csv.field_size_limit()} letters, expected a table with "
+            "one line per sample"
+        )
     if lines and all(_WHOLE_QUOTED.fullmatch(line) for _, line in lines):
         # a spreadsheet took each line for one cell
         lines = [(number, line.strip()[1:-1]) for number, line in lines]
@@ -196,13 +192,16 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
     rows = _split([line for _, line in lines], separator)
     width = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)[0][0]
     begin = next(
-        (k for k, row in enumerate(rows) if _is_data(row, width) and any(map(_is_number, row))),
+        (k for k, row in enumerate(rows) if _is_data(row, width) and any(map(is_number, row))),
         len(rows),
     )
-    # from the end, since nearly all rows are data
-    end = next((k for k in range(len(rows), 0, -1) if _is_data(rows[k - 1], width)), len(rows))
-    while end < len(rows) and not _is_remark(rows[end]):
-        end += 1
+    headers = [row for row in rows[:begin] if _is_remark(row)]
+    kept = [k for k, row in enumerate(rows) if k < begin or row not in headers]
+    if len(kept) < len(rows):
+        # files joined into one
+        notes.append(f"{len(rows) - len(kept)} repeated lines of the header left out")
+        rows, lines = [rows[k] for k in kept], [lines[k] for k in kept]
+    end = _end_of_data(rows, begin, width)
     if end < len(rows):
         notes.append(f"line {lines[end][0]} and the following left out, since they are not data")
     rows, lines = rows[:end], lines[:end]
@@ -214,7 +213,7 @@ def read_table(path: Path, content: bytes | None = None) -> TextTable:
     body, has_index = _even(path, rows[begin:], line_numbers, len(header))
     names = ["", *header] if has_index else header
     # between unquoted commas there is no decimal comma
-    decimal = "." if separator == "," and '"' not in text else _decimal(body, path)
+    decimal = "." if separator == "," and '"' not in text else decimal_of(body, path)
     if separator != ",":
         notes.append(f"fields separated by {_SEPARATORS.get(separator, repr(separator))}")
     if decimal == ",":
@@ -254,31 +253,40 @@ def _separator(lines: list[str]) -> str:
         rows = _split(sample, separator)
         width, count = Counter(map(len, rows)).most_common(1)[0]
         cells = [cell for row in rows for cell in row if cell.strip()]
-        numbers = sum(_is_number(cell) for cell in cells) / max(1, len(cells))
+        numbers = sum(is_number(cell) for cell in cells) / max(1, len(cells))
         return (round(count / len(rows) * numbers, 2), width) if width > 1 else (0.0, 0)
 
     return max(_SEPARATORS, key=quality)
-
-
-def _is_number(cell: str) -> bool:
-    return bool(_NUMBER.fullmatch(cell.strip()))
 
 
 def _is_data(row: list[str], width: int) -> bool:
     if abs(len(row) - width) > 1:
         return False
     cells = [cell.strip() for cell in row]
-    if all(cell.lower() in _MISSING for cell in cells):
+    if all(cell.lower() in MISSING for cell in cells):
         return True
-    numbers = sum(map(_is_number, cells))
+    numbers = sum(map(is_number, cells))
     # a line of metadata, "Rate,50,,", has as many words
-    words = sum(cell.lower() not in _MISSING and ":" not in cell for cell in cells) - numbers
+    words = sum(cell.lower() not in MISSING and ":" not in cell for cell in cells) - numbers
     return numbers > max(0, words)
+
+
+def _end_of_data(rows: list[list[str]], begin: int, width: int) -> int:
+    """Find the first of the remarks below the data, such as a mean or a number of samples."""
+    end = len(rows)
+    words_first = sum(_is_remark(row) for row in rows[begin : begin + _SAMPLE]) > _SAMPLE // 2
+    # from the end, since nearly all rows are data
+    while end > begin and not words_first and _is_remark(rows[end - 1]):
+        end -= 1
+    last = next((k for k in range(end, 0, -1) if _is_data(rows[k - 1], width)), len(rows))
+    while last < end and not _is_remark(rows[last]):
+        last += 1
+    return last
 
 
 def _is_remark(row: list[str]) -> bool:
     """Tell a remark below the data from a line that was cut off."""
-    return bool(re.match(r"[^\W\d_]{2}", row[0].strip())) and row[0].strip().lower() not in _MISSING
+    return bool(re.match(r"[^\W\d_]{2}", row[0].strip())) and row[0].strip().lower() not in MISSING
 
 
 def _header(
@@ -341,60 +349,3 @@ def _even(
                 f"{path}: line {line} has {len(row)} values, expected {width} ({hint})"
             )
     return even, has_index
-
-
-def _decimal(rows: list[list[str]], path: Path) -> str:
-    points = commas = 0
-    for row in rows[:: max(1, len(rows) // 1000)]:
-        for cell in row:
-            if _is_number(cell):
-                point, comma = cell.rfind("."), cell.rfind(",")
-                grouped = cell.count(",") > 1 or cell.count(".") > 1
-                if point >= 0 and comma >= 0:
-                    return "." if point > comma else ","
-                points += point >= 0 and not grouped
-                commas += comma >= 0 and not grouped
-    if points and commas:
-        grouped_commas = all(
-            _GROUPED["."].fullmatch(cell.strip())
-            for row in rows
-            for cell in row
-            if "," in cell and _is_number(cell)
-        )
-        if grouped_commas:
-            return "."
-        grouped_points = all(
-            _GROUPED[","].fullmatch(cell.strip())
-            for row in rows
-            for cell in row
-            if "." in cell and _is_number(cell)
-        )
-        if not grouped_points:
-            raise RecordingError(f"{path}: numbers with decimal points and with decimal commas")
-    return "," if commas else "."
-
-
-def _plain_numbers(cells: list[str]) -> FloatArray | None:
-    """Convert all cells at once; return None if one is not a number."""
-    if "_" in "".join(cells):  # characters of numbers that only Python accepts
-        return None
-    try:
-        return np.fromiter(map(float, cells), dtype=np.float64, count=len(cells))
-    except ValueError:
-        return None
-
-
-def _number(cell: str, decimal: str) -> float:
-    """Return the number in a cell, NaN if it is missing, infinite if it is not a number."""
-    try:
-        # a point among decimal commas, and numbers valid only in Python
-        if "_" in cell or (decimal == "," and "." in cell):
-            raise ValueError
-        return float(cell.replace(decimal, "."))
-    except ValueError:
-        if cell.lower() in _MISSING:
-            return np.nan
-        if _GROUPED[decimal].fullmatch(cell):
-            whole, _, part = cell.partition(decimal)
-            return float(f"{re.sub(r'[^0-9+-]', '', whole)}.{part or '0'}")
-        return np.inf

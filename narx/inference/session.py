@@ -7,7 +7,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from narx.calibration.calibrate import CalibratedSegment, Mode, calibrate
+from narx.calibration.calibrate import BIAS_UNKNOWN, CalibratedSegment, Mode, calibrate
+from narx.calibration.static_bias import static_bias
 from narx.errors import RecordingError, UserError
 from narx.gait.phases import gait_phases
 from narx.gait.straight_walk import walk_before_turn_s
@@ -153,9 +154,6 @@ def predict_session(
         walking_s = walk_before_turn_s(trial, stands[0])
         if walking_s is not None:
             notes.append(f"walk before the first turn: {walking_s[0]:.2f}-{walking_s[1]:.2f} s")
-    if not stands:
-        trial, bias_notes = _without_bias(trial, where)
-        notes += bias_notes
     trial = replace(
         trial,
         still_s=stands,
@@ -163,11 +161,17 @@ def predict_session(
         starts_in_calibration_posture=known,
         calibration=parts or {},
     )
+    trial, bias_notes = _without_bias(trial, where)
+    notes += [f"{segment}: {note}" for segment, note in bias_notes.items()]
     segments = _calibrated(trial, calibration, where)
     angles, std, quality = {}, {}, {}
     for segment, calibrated in segments.items():
         imu = trial.imus[segment]
-        notes += [f"{segment}: {note}" for note in calibrated.notes]
+        notes += [
+            f"{segment}: {note}"
+            for note in calibrated.notes
+            if note != BIAS_UNKNOWN or segment not in bias_notes
+        ]
         notes += check_consistency(
             imu.gyroscope_rad_s,
             imu.accelerometer_m_s2,
@@ -246,12 +250,13 @@ def _rests(trial: Trial, first_s: float) -> tuple[tuple[float, float], ...]:
     return tuple(stand for stand in stands if stand[1] - stand[0] >= _MIN_REST_S)
 
 
-def _without_bias(trial: Trial, where: str) -> tuple[Trial, list[str]]:
-    """Remove the bias, measured in the quietest part if there is no standing part."""
-    imus, notes = {}, []
+def _without_bias(trial: Trial, where: str) -> tuple[Trial, dict[str, str]]:
+    """Remove the bias, measured in the quietest part, of the sensors without a standing part."""
+    imus, notes = dict(trial.imus), {}
     for segment, imu in trial.imus.items():
-        bias, note = remove_static_bias(imu, True, None, f"{where}: {segment}")
-        notes.append(f"{segment}: {note}")
+        if static_bias(trial, segment) is not None:
+            continue  # the calibration removes it
+        bias, notes[segment] = remove_static_bias(imu, True, None, f"{where}: {segment}")
         rate = imu.gyroscope_rad_s - (0.0 if bias is None else bias)
         imus[segment] = replace(imu, gyroscope_rad_s=rate)
     return replace(trial, imus=imus), notes

@@ -12,12 +12,15 @@ from narx.recordings.faults import (
     repeats_of_a_slower_sensor,
     without_faults,
 )
+from narx.recordings.overflow import without_overflow
 from narx.recordings.stamps import sampling_times
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
 from narx.types import FloatArray
 
 # more samples than this beyond a gyroscope's range mean a wrong unit, fewer are faults
 _IMPOSSIBLE_SHARE = 0.005
+# as most samples may be missing
+_CODE_SHARE = 0.5
 # largest deviation of a leg's angle from its running mean over two seconds
 _MAX_SWING_RAD = np.radians(180.0)
 _SWING_WINDOW_S = 2.0
@@ -80,6 +83,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
             "predecessor left out"
         )
         time, gyroscope, force = time[~repeats], gyroscope[~repeats], force[~repeats]
+    gyroscope, overflow = without_overflow(gyroscope, float(np.median(np.diff(time))), where)
     gyroscope, faults = without_faults(time, gyroscope)
     _check_minutes(time, gyroscope, where)
     _check_tenths(time, gyroscope, where)
@@ -89,7 +93,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
         time_s=time,
         gyroscope_rad_s=gyroscope,
         accelerometer_m_s2=force,
-        notes=tuple(dict.fromkeys([*notes, *faults])),
+        notes=tuple(dict.fromkeys([*notes, *overflow, *faults])),
     )
 
 
@@ -151,7 +155,11 @@ def _check_range(rate: FloatArray, where: str) -> None:
     if not len(valid):
         return
     peaks = np.abs(valid).max(axis=1)
-    if (peaks > IMPOSSIBLE_RAD_S).mean() > _IMPOSSIBLE_SHARE:
+    beyond = peaks > IMPOSSIBLE_RAD_S
+    codes = np.unique(valid[np.abs(valid) > IMPOSSIBLE_RAD_S])
+    # a single value, such as -9999, is a code for missing samples
+    most = _CODE_SHARE if len(codes) == 1 else _IMPOSSIBLE_SHARE
+    if beyond.mean() > most:
         bounded = np.clip(valid, -1e300, 1e300)
         whole = any(np.allclose(w, np.round(w), atol=1e-6) for w in (bounded, np.degrees(bounded)))
         raise RecordingError(

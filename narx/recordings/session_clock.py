@@ -1,6 +1,7 @@
 """Align the clocks of a session's sensors by their stamps, common movement, or a common event."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
@@ -21,8 +22,11 @@ _SHOCK_HZ = 15.0
 _SHOCK_WINDOW_S = 0.3
 _MIN_SHOCK_CORRELATION = 0.3
 _MIN_OVERLAP = 0.5
-# a larger disagreement between time stamps and movement is reported
+# A larger disagreement between time stamps and movement is reported; it is certain if the sensors
+# move together with the other offset, and clearly less with the stamps. A steady walk correlates
+# nearly as well some strides apart.
 _DOUBT_S = 1.5
+_CERTAIN_CORRELATION, _CERTAIN_MARGIN = 0.8, 0.3
 
 
 def clock_offsets_s(
@@ -53,7 +57,8 @@ def clock_offsets_s(
     UserError
         If the choice is unknown, or the event is not given for every sensor, within its recording.
     RecordingError
-        If the sensors do not move together.
+        If the sensors do not move together; with ``auto``, also if their movement certainly
+        contradicts their time stamps.
 
     Notes
     -----
@@ -70,11 +75,10 @@ def clock_offsets_s(
     offsets = {first: 0.0}
     if not others:
         return offsets, []
-    if align == "auto":
-        align = "stamps" if _overlap(recordings) >= _MIN_OVERLAP else "correlation"
-    if align == "stamps":
+    if align == "stamps" or (align == "auto" and _overlap(recordings) >= _MIN_OVERLAP):
         offsets |= dict.fromkeys(others, 0.0)
-        return offsets, ["sensors aligned by their time stamps", *_doubts(recordings, offsets)]
+        doubts = _doubts(recordings, offsets, where if align == "auto" else None)
+        return offsets, ["sensors aligned by their time stamps", *doubts]
     notes = []
     for segment in others:
         lag = _lag_s(recordings[first], recordings[segment])
@@ -83,8 +87,8 @@ def clock_offsets_s(
                 f"{where}: '{first}' and '{segment}' do not move together, so their clocks cannot "
                 "be aligned; expected recordings of the same walk with its begin or end"
             )
-        offsets[segment] = lag[0]
-        notes.append(f"'{segment}' moved by {lag[0]:+.3f} s, by {lag[1]}")
+        offsets[segment] = lag.offset_s
+        notes.append(f"'{segment}' moved by {lag.offset_s:+.3f} s, by {lag.how}")
     return offsets, notes
 
 
@@ -110,18 +114,29 @@ def _by_event(
     return offsets, [note, *_doubts(recordings, offsets)]
 
 
-def _doubts(recordings: Mapping[str, ImuRecording], offsets: Mapping[str, float]) -> list[str]:
-    """Report sensors that do not move together with these offsets."""
+def _doubts(
+    recordings: Mapping[str, ImuRecording],
+    offsets: Mapping[str, float],
+    refusing: str | None = None,
+) -> list[str]:
+    """Report sensors that do not move together with these offsets.
+
+    What is certain is refused, if the name of a session is given.
+    """
     first, *others = recordings
     notes = []
     for segment in others:
-        lag = _lag_s(recordings[first], recordings[segment])
-        apart_s = 0.0 if lag is None else abs(lag[0] - offsets[segment])
-        if apart_s > _DOUBT_S:
-            notes.append(
-                f"by their movement '{first}' and '{segment}' are {apart_s:.2f} s apart "
-                "(align=correlation to use this)"
+        lag = _lag_s(recordings[first], recordings[segment], offsets[segment])
+        apart_s = 0.0 if lag is None else abs(lag.offset_s - offsets[segment])
+        if lag is None or apart_s <= _DOUBT_S:
+            continue
+        apart = f"by their movement '{first}' and '{segment}' are {apart_s:.2f} s apart"
+        if refusing is not None and lag.is_certain:
+            raise RecordingError(
+                f"{refusing}: {apart}, but not by their time stamps; align=correlation uses the "
+                "movement, align=stamps the stamps"
             )
+        notes.append(f"{apart} (align=correlation to use this)")
     return notes
 
 
@@ -132,23 +147,37 @@ def _overlap(recordings: Mapping[str, ImuRecording]) -> float:
     return float((end - begin) / shortest)
 
 
-def _lag_s(one: ImuRecording, other: ImuRecording) -> tuple[float, str] | None:
-    """Return the offset to add to the other's times, and how it was found."""
+@dataclass(frozen=True)
+class _Lag:
+    """Offset to add to another recording's times, how it was found, and how sure it is."""
+
+    offset_s: float
+    how: str
+    is_certain: bool
+
+
+def _lag_s(one: ImuRecording, other: ImuRecording, instead_of_s: float = 0.0) -> _Lag | None:
+    """Find the offset of another recording; certain if it is clearly better than another one."""
     begin = one.time_s[0], other.time_s[0]
     speeds = [_on_grid(r, np.linalg.norm(r.gyroscope_rad_s, axis=1)) for r in (one, other)]
     if min(map(len, speeds)) < 2 * _RATE_HZ:
         return None
     smooth = butter(2, _SMOOTH_HZ, fs=_RATE_HZ, output="sos")
-    coarse = _best_lag(*(sosfiltfilt(smooth, speed) for speed in speeds))
+    slow, slow_other = (sosfiltfilt(smooth, speed) for speed in speeds)
+    coarse = _best_lag(slow, slow_other)
     if coarse is None or coarse[1] < _MIN_CORRELATION:
         return None
+    given = _best_lag(slow, slow_other, around_s=instead_of_s - float(begin[0] - begin[1]))
+    is_certain = coarse[1] > _CERTAIN_CORRELATION and (
+        given is None or given[1] < coarse[1] - _CERTAIN_MARGIN
+    )
     lag_s, how = coarse[0], "their angular speeds (to some 200 ms)"
     shocks = [_shocks(recording) for recording in (one, other)]
     if shocks[0] is not None and shocks[1] is not None:
         fine = _best_lag(shocks[0], shocks[1], around_s=coarse[0])
         if fine is not None and fine[1] > _MIN_SHOCK_CORRELATION:
             lag_s, how = fine[0], "the shocks of foot contacts (to some 50 ms)"
-    return float(begin[0] - begin[1] + lag_s), how
+    return _Lag(float(begin[0] - begin[1] + lag_s), how, is_certain)
 
 
 def _on_grid(recording: ImuRecording, values: FloatArray) -> FloatArray:

@@ -30,13 +30,14 @@ _SMOOTHER = 0.7
 _ARRIVAL = 0.1
 # stamps this close are one; the age of the universe in microseconds is less than the other
 _SAME_S, _MAX_TIME_S = 1e-9, 1e24
-# times of day and of the hour; counters of 16, 24 and 32 bits in ms and us
+# times of day and of the hour; counters of 16 to 32 bits in ms, us and ns
 _PERIODS_S = (
     86400.0,
     3600.0,
     *(
         2.0**bits * unit
-        for bits, unit in ((16, 1e-3), (24, 1e-3), (32, 1e-3), (24, 1e-6), (32, 1e-6))
+        for unit, *sizes in ((1e-3, 16, 24, 32), (1e-6, 24, 31, 32), (1e-9, 32))
+        for bits in sizes
     ),
 )
 # largest step across such a beginning, in intervals

@@ -154,7 +154,7 @@ def test_a_mistake_is_one_line_and_leaves_nothing(run_command, folder, overrides
 def test_a_record_beside_the_angles_says_how_they_were_made(run_command, folder):
     status, out, err, _ = run(run_command, "output=angles.csv", "frame=anatomical")
     assert (status, err) == (0, "")
-    record = json.loads((folder / "angles_record.json").read_text())
+    record = json.loads((folder / "angles.csv_record.json").read_text())
     assert record["configuration"]["frame"] == "anatomical"
     assert record["network_sha256"] == checkpoints.load("net.pt").sha256
     assert record["notes"]
@@ -162,9 +162,9 @@ def test_a_record_beside_the_angles_says_how_they_were_made(run_command, folder)
     recorded = hashlib.sha256((folder / "walk.csv").read_bytes()).hexdigest()
     assert record["environment"]["data_sha256"] == {"walk.csv": recorded}
     assert record["environment"]["versions"]["torch"] == torch.__version__
-    first = (folder / "angles_record.json").read_bytes()
+    first = (folder / "angles.csv_record.json").read_bytes()
     run(run_command, "output=angles.csv", "frame=anatomical")
-    assert (folder / "angles_record.json").read_bytes() == first
+    assert (folder / "angles.csv_record.json").read_bytes() == first
 
 
 def refused(run_command, *overrides):

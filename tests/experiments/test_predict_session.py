@@ -1,12 +1,13 @@
 """Two files in, angles, strides and a picture out."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from narx.datasets import SimulatedGait, write_recording
+from narx.datasets import SimulatedGait, read_recording, write_recording
 from narx.errors import UserError
 from narx.experiments.predictions.angle_files import write_angles
 
@@ -129,7 +130,7 @@ def test_columns_are_mapped_on_the_spot(run_command, folder, trial):
 
 
 def test_motion_bids(run_command, folder):
-    name = "sub-01/motion/sub-01_task-walk_tracksys-narx_run-1"
+    name = "derived/sub-01/motion/sub-01_task-walk_tracksys-narx_run-1"
     for output in (f"{name}_motion.tsv", "knee.csv"):
         status, _, err, _ = run_command("predict", INPUT, f"output={output}")
         assert (status, err) == (0, "")
@@ -149,6 +150,21 @@ def test_motion_bids(run_command, folder):
     assert about["JNTANGChannelCount"] == 3
     assert about["TrackedPointsCount"] == 3
     assert about["TaskName"] == "walk"
+    root = folder / "derived"
+    described = json.loads((root / "dataset_description.json").read_text())
+    assert described["DatasetType"] == "derivative"
+    ignored = (root / ".bidsignore").read_text().splitlines()
+    for path in (root / "sub-01" / "motion").iterdir():
+        named = path.name.endswith(("_motion.tsv", "_motion.json", "_channels.tsv"))
+        assert named != any(path.match(pattern) for pattern in ignored)
+    flat = "output=sub-01_task-walk_tracksys-narx_motion.tsv"
+    status, _, err, _ = run_command("predict", INPUT, flat)
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "expected DATASET/sub-01/motion/sub-01_task-walk" in err
+    (root / "dataset_description.json").write_text('{"Name": "recordings"}')
+    status, _, err, _ = run_command("predict", INPUT, f"output={name}_motion.tsv")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert "describes another data set" in err
     status, _, err, _ = run_command("predict", INPUT, "output=knee_motion.tsv")
     assert (status, len(err.splitlines())) == (2, 1)
     assert "expected sub-<label>" in err
@@ -158,11 +174,17 @@ def test_motion_bids(run_command, folder):
 
 
 def test_an_event_aligns_the_sensors(run_command, folder):
-    for output, align in (("a.csv", "stamps"), ("b.csv", "{thigh_right: 4.0, shank_right: 4.0}")):
-        status, out, err, _ = run_command("predict", INPUT, f"output={output}", f"align={align}")
-        assert (status, err) == (0, "")
-    assert "sensors aligned by the given event" in out
-    assert (folder / "a.csv").read_bytes() == (folder / "b.csv").read_bytes()
+    shank = read_recording("shänk.csv")
+    write_recording("shänk.csv", replace(shank, time_s=shank.time_s + 5.5))
+    event = "align={thigh_right: 4.0, shank_right: 9.5}"
+    status, out, err, _ = run_command("predict", INPUT, "output=b.csv", event)
+    assert (status, err) == (0, "")
+    assert "sensors aligned by the given event: 'shank_right' moved by -5.500 s" in out
+    write_recording("shänk.csv", shank)
+    status, _, err, _ = run_command("predict", INPUT, "output=a.csv", "align=stamps")
+    assert (status, err) == (0, "")
+    a, b = pd.read_csv("a.csv"), pd.read_csv("b.csv")
+    np.testing.assert_allclose(a, b, atol=1e-3)
     status, _, err, _ = run_command("predict", INPUT, "output=c.csv", "align={thigh_right: 4.0}")
     assert (status, len(err.splitlines())) == (2, 1)
     assert "expected one for each of shank_right, thigh_right" in err
@@ -195,11 +217,33 @@ def test_no_output_replaces_a_recording_or_a_folder(run_command, folder):
     status, _, err, _ = run_command("predict", both, "output=w.csv")
     assert (status, len(err.splitlines())) == (2, 1)
     assert "'w_strides.csv' is also the input" in err
-    (folder / "x_record.json").mkdir()
+    (folder / "x.csv_record.json").mkdir()
     status, _, err, _ = run_command("predict", INPUT, "output=x.csv")
     assert (status, len(err.splitlines())) == (2, 1)
-    assert "'x_record.json' is a folder" in err
+    assert "'x.csv_record.json' is a folder" in err
     assert not (folder / "x.csv").exists()
+
+
+def test_the_side_files_of_motion_bids_replace_no_recording(run_command, folder):
+    motion = folder / "sub-1" / "motion"
+    motion.mkdir(parents=True)
+    table = motion / "sub-1_task-walk_tracksys-narx_channels.tsv"
+    table.write_bytes((folder / "thigh.csv").read_bytes())
+    output = f"output={motion}/sub-1_task-walk_tracksys-narx_motion.tsv"
+    status, _, err, _ = run_command("predict", f"input={table}", output)
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert f"'{table}' is also the input" in err
+
+
+@pytest.mark.parametrize(
+    "source", ["simulated_gait", "smartphone_pocket", "broad", "joint_1to3dof"]
+)
+def test_sources_without_angles_to_predict_are_refused_at_once(run_command, folder, source):
+    status, _, err, _ = run_command("predict", f"data={source}", "data_root=.", "output=out")
+    assert (status, len(err.splitlines())) == (2, 1)
+    assert f"data={source}: " in err
+    assert "expected study, motion_bids or neura_sample" in err
+    assert not (folder / "out").exists()
 
 
 def test_invalid_points_have_the_residual_of_c3d(tmp_path):

@@ -102,6 +102,28 @@ DIALECTS = {
     "units only in their row": lambda plain, text: _after_header(
         plain.replace("_rad_s", "").replace("_m_s2", "").replace("time_s", "time"), UNITS
     ).encode(),
+    "header again in the middle": lambda plain, text: (
+        "\n".join([*_lines(plain)[:100], *_lines(plain)[:1], *_lines(plain)[100:]]).encode() + b"\n"
+    ),
+    "means below": lambda plain, text: plain.encode() + b"\nSamples: 300\nMean,1,2,3,4,5,6\nEnd\n",
+    "units row, German": lambda plain, text: _after_header(
+        text(";", ",")
+        .replace("gyroscope", "Drehrate")
+        .replace("accelerometer", "Beschleunigung")
+        .replace("_rad_s", "")
+        .replace("_m_s2", "")
+        .replace("time_s", "Zeit"),
+        UNITS.replace(",", ";"),
+    ).encode("utf-8-sig"),
+    "units in brackets, Spanish": lambda plain, text: (
+        text("\t", ",")
+        .replace("gyroscope_", "Velocidad angular ")
+        .replace("time_s", "Tiempo [s]")
+        .replace("accelerometer_", "Aceleración ")
+        .replace("_rad_s", " [rad/s]")
+        .replace("_m_s2", " [m/s²]")
+        .encode("cp1252")
+    ),
     "comment below": lambda plain, text: plain.encode() + b"# end\n",
     "remarks below": lambda plain, text: plain.encode() + b"End of recording\nSamples: 20\n",
     "upper case": lambda plain, text: plain.replace("gyro", "GYRO").encode(),
@@ -123,7 +145,23 @@ def test_every_dialect_gives_the_same_numbers(tmp_path, walk, text_of, dialect):
 
 
 @pytest.mark.parametrize(
-    "word", ["", "NA", "N/A", "NaN", "nan", "null", "NULL", "-", "#N/A", "?", "N.A.", "---"]
+    "word",
+    [
+        "",
+        "NA",
+        "N/A",
+        "NaN",
+        "nan",
+        "null",
+        "NULL",
+        "-",
+        "#N/A",
+        "?",
+        "N.A.",
+        "---",
+        "no data",
+        "\u2013",
+    ],
 )
 def test_words_for_a_missing_value(tmp_path, walk, text_of, word):
     path = tmp_path / "walk.csv"
@@ -238,12 +276,24 @@ def test_times_of_day_pass_midnight(tmp_path, walk, text_of, form):
             read_recording(path)
 
 
-@pytest.mark.parametrize(("factor", "unit"), [(1, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")])
+def test_minutes_and_seconds_of_the_hour(tmp_path, walk, text_of):
+    path = tmp_path / "walk.csv"
+    of_hour = [divmod(3598.0 + time, 60.0) for time in walk.time_s]
+    stamps = [f"{int(minutes) % 60:02d}:{seconds:06.3f}" for minutes, seconds in of_hour]
+    path.write_text(text_of(walk.columns() | {"time_s": stamps}))
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-6)
+    assert "time begins again after 3600 s, continued from there" in recording.notes
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"), [(1, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns"), (1 / 86400, "days")]
+)
 def test_times_without_a_unit_are_read_by_their_rate(tmp_path, walk, text_of, factor, unit):
     path = tmp_path / "walk.csv"
     columns = walk.columns()
     columns["time_s"] = walk.time_s * factor
-    path.write_text(text_of(columns).replace("time_s", "timestamp"))
+    path.write_text(text_of(columns, digits=12).replace("time_s", "timestamp"))
     recording = read_recording(path)
     np.testing.assert_allclose(recording.time_s, walk.time_s, atol=1e-5)
     assert recording.notes[0] == f"column timestamp has no unit: taken as {unit}, 50 Hz"

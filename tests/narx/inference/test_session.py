@@ -123,6 +123,27 @@ def test_without_rest_the_start_is_unknown(trial, method):
         predict_session(walking, method, start_pose="known")
 
 
+def test_a_bias_from_a_standing_recording_is_removed_once(trial, method):
+    bias = np.radians([2.0, -3.0, 1.0])
+    sensors, standing = {}, {}
+    for segment, imu in _sensors(trial).items():
+        # a walk that pauses, without standing at its begin and end
+        rows = np.r_[4000:10_000, 0:1500, 10_000:16_000]
+        values = imu.gyroscope_rad_s[rows] + bias, imu.accelerometer_m_s2[rows]
+        sensors[segment] = ImuRecording(segment, imu.time_s[: len(rows)], *values)
+        values = imu.gyroscope_rad_s[:1500] + bias, imu.accelerometer_m_s2[:1500]
+        standing[segment] = ImuRecording(segment, imu.time_s[:1500], *values)
+    notes = predict_session(sensors, method, parts={"standing": standing}).notes
+    of_bias = [note for note in notes if "bias" in note]
+    assert len(of_bias) == 2
+    assert all("deg/s from recording 'standing' removed" in note for note in of_bias)
+    # without that recording from the pause, which is not reported as unknown in addition
+    notes = predict_session(sensors, method).notes
+    of_bias = [note for note in notes if "bias" in note]
+    assert len(of_bias) == 2
+    assert all("from the quietest" in note for note in of_bias)
+
+
 @pytest.mark.parametrize(
     ("change", "options", "message"),
     [

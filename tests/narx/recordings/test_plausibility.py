@@ -83,13 +83,26 @@ def test_impossible_accelerations_are_missing(walk):
 @pytest.mark.parametrize(("impossible", "refused"), [(7, False), (8, True)])
 def test_half_a_per_cent_beyond_any_gyroscope_is_refused(walk, impossible, refused):
     rate = walk.gyroscope_rad_s.copy()
-    rate[300 : 300 + 40 * impossible : 40] = np.radians(4600.0)
+    rate[300 : 300 + 40 * impossible : 40, 0] = np.radians(4600.0) + 1e-6 * np.arange(impossible)
     if refused:
         with pytest.raises(RecordingError, match="4600 deg/s, beyond any gyroscope"):
             admit(walk.recording(gyroscope_rad_s=rate), "w")
         return
     (note,) = admit(walk.recording(gyroscope_rad_s=rate), "w").notes
     assert note.startswith(f"{impossible} samples beyond any gyroscope")
+
+
+@pytest.mark.parametrize("share", [0.05, 0.6])
+def test_one_impossible_value_is_a_code_for_missing_samples(walk, share):
+    rate = walk.gyroscope_rad_s.copy()
+    coded = np.random.default_rng(0).random(len(rate)) < share
+    rate[coded] = np.radians(-9999.0)
+    if share > 0.5:
+        with pytest.raises(RecordingError, match="9999 deg/s, beyond any gyroscope"):
+            admit(walk.recording(gyroscope_rad_s=rate), "w")
+        return
+    admitted = admit(walk.recording(gyroscope_rad_s=rate), "w")
+    np.testing.assert_array_equal(np.isnan(admitted.gyroscope_rad_s).all(axis=1), coded)
 
 
 @pytest.mark.parametrize(

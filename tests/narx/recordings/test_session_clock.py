@@ -35,9 +35,27 @@ def test_overlapping_stamps_are_used_and_disagreement_is_reported(leg):
     offsets, notes = clock_offsets_s(leg, "auto", "s")
     assert set(offsets.values()) == {0.0}
     assert notes == ["sensors aligned by their time stamps"]
-    offsets, notes = clock_offsets_s(_shifted(leg, 3.37), "auto", "s")
+    shifted = _shifted(leg, 3.37)
+    with pytest.raises(RecordingError, match=r"3\.37 s apart, but not by their time stamps"):
+        clock_offsets_s(shifted, "auto", "s")
+    offsets, notes = clock_offsets_s(shifted, "stamps", "s")
     assert set(offsets.values()) == {0.0}
     assert "3.37 s apart (align=correlation to use this)" in notes[1]
+
+
+def test_a_steady_walk_some_strides_apart_is_not_certain(leg):
+    rate_hz = leg["thigh_right"].sampling_rate_hz
+    walking = {
+        segment: replace(
+            imu,
+            time_s=imu.time_s[round(8 * rate_hz) :],
+            gyroscope_rad_s=imu.gyroscope_rad_s[round(8 * rate_hz) :],
+            accelerometer_m_s2=imu.accelerometer_m_s2[round(8 * rate_hz) :],
+        )
+        for segment, imu in leg.items()
+    }
+    offsets, _ = clock_offsets_s(_shifted(walking, 2.2), "auto", "s")
+    assert set(offsets.values()) == {0.0}
 
 
 def test_stamps_without_overlap_are_not_used(leg):
