@@ -70,6 +70,11 @@ TESTS = {
     "duplicated column": [
         TEXT + "test_a_name_in_other_letters_is_the_same_column",
         TEXT + "test_a_quantity_in_two_units_must_agree",
+        TEXT + "test_times_in_two_units_must_agree",
+    ],
+    "rows of several sensors in turn": [
+        PLAUSIBILITY + "test_rows_of_several_sensors_are_refused",
+        PLAUSIBILITY + "test_one_sensor_is_not_taken_for_several",
     ],
     "held rows": [
         FAULTS + "test_faults_become_missing_and_are_counted",

@@ -95,7 +95,7 @@ def find(
     for unit, found in (complete or known).items():
         own[unit] = _found(columns, quantity, unit, found, names, units, where)
     first, *more = own.values()
-    return replace(first, also=more[0]) if more and quantity != "time" else first
+    return replace(first, also=more[0]) if more else first
 
 
 def _found(

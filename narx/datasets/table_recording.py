@@ -242,6 +242,15 @@ def _stamps(table: Table, layout: Layout) -> tuple[FloatArray, tuple[str, ...]]:
     if found.wraps is not None:
         stamps = _unwrapped(stamps, found.wraps)
     stamps = stamps * found.factors[0]
+    if found.also is not None and np.isfinite(found.also.factors[0]):
+        other = table.numbers(found.also.indices[0]) * found.also.factors[0]
+        durations = [float(one[-1] - one[0]) if len(one) else 0.0 for one in (stamps, other)]
+        if abs(durations[1] - durations[0]) > _SAME * durations[0]:
+            names = " and ".join(table.names[one.indices[0]] for one in (found, found.also))
+            raise RecordingError(
+                f"{where}: columns {names} last {durations[0]:g} and {durations[1]:g} s; expected "
+                "one of them, or columns=..."
+            )
     if layout.time[0].unit == PACKETS:
         match = re.search(layout.comment or "", "\n".join(table.comments))
         rate = checked_rate_hz(match[1] if match else None, f"{where}: rate in the comments")

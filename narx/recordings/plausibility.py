@@ -35,6 +35,10 @@ _MAX_SLOW_SWING_RAD = np.radians(90.0)
 _STRIDES_SHARE = 0.5
 # above the 50 g measured on a shank and the range of any accelerometer
 _IMPOSSIBLE_M_S2 = 1000.0 * GRAVITY_M_S2
+# Several sensors in one table: rows some way apart are of one sensor, and much closer to each other
+# than neighbouring rows. No leg returns to its rate within this time.
+_INTERLEAVED_S, _INTERLEAVED_RATIO = 0.15, 4.0
+_INTERLEAVED_RAD_S = np.radians(5.0)
 # largest ratio of ticks of the clock to samples
 _MAX_TICKS_PER_SAMPLE = 20
 _MAX_TICKS = 5_000_000
@@ -75,6 +79,7 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
     _check_size(times.time_s, where)
     _check_range(gyroscope, where)
     time = times.time_s
+    _check_interleaved(time, gyroscope, where)
     notes = [*recording.notes, *times.notes, *force_notes]
     repeats = repeats_of_a_slower_sensor(gyroscope)
     if repeats is not None:
@@ -148,6 +153,29 @@ def _check_size(time: FloatArray, where: str) -> None:
             f"{where}: {time[k + 1] - time[k]:g} s without a sample after {time[k]:g} s; expected "
             "one recording, cut it there"
         )
+
+
+def _check_interleaved(time: FloatArray, rate: FloatArray, where: str) -> None:
+    """Refuse rows of several sensors in turn."""
+    most = int(_INTERLEAVED_S / float(np.median(np.diff(time))))
+    squares = [_step_square(rate, k) for k in range(1, most + 1)]
+    if len(squares) < 2 or not squares[0] > _INTERLEAVED_RAD_S**2:
+        return
+    k = int(np.argmin(squares))
+    if squares[0] > _INTERLEAVED_RATIO * squares[k]:
+        raise RecordingError(
+            f"{where}: each row continues the one {k + 1} rows before, not its neighbour: the rows "
+            f"of {k + 1} sensors? Expected one sensor in a file"
+        )
+
+
+def _step_square(rate: FloatArray, rows: int) -> float:
+    """Mean square change of the rate over some rows, without the largest per cent."""
+    change = np.sum((rate[rows:] - rate[:-rows]) ** 2, axis=1)
+    change = change[np.isfinite(change)]
+    if not change.size:
+        return np.inf
+    return float(np.mean(np.minimum(change, np.quantile(change, 0.99))))
 
 
 def _check_range(rate: FloatArray, where: str) -> None:

@@ -343,6 +343,17 @@ def test_a_quantity_in_two_units_must_agree(tmp_path, walk, text_of, factor, agr
         read_recording(path)
 
 
+@pytest.mark.parametrize(("factor", "agrees"), [(1e3, True), (500.0, False)])
+def test_times_in_two_units_must_agree(tmp_path, walk, text_of, factor, agrees):
+    path = tmp_path / "walk.csv"
+    path.write_text(text_of(walk.columns() | {"time_ms": factor * walk.time_s}))
+    if agrees:
+        np.testing.assert_allclose(read_recording(path).time_s, walk.time_s, atol=1e-5)
+        return
+    with pytest.raises(RecordingError, match="columns time_s and time_ms last"):
+        read_recording(path)
+
+
 def test_a_name_in_other_letters_is_the_same_column(tmp_path, walk, text_of):
     columns = walk.columns()
     columns["GYROSCOPE_X_RAD_S"] = columns["gyroscope_x_rad_s"]

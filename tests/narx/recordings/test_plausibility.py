@@ -6,7 +6,7 @@ import pytest
 from narx.errors import RecordingError
 from narx.recordings.one_clock import at_gyroscope_times
 from narx.recordings.plausibility import admit, check_gravity
-from narx.recordings.trial import GRAVITY_M_S2
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
 
 
 @pytest.fixture(scope="module")
@@ -138,3 +138,21 @@ def test_single_missing_samples_are_no_other_rate(walk):
     force[::10] = np.nan
     recording = walk.recording(accelerometer_m_s2=force)
     assert at_gyroscope_times(recording) is recording
+
+
+@pytest.mark.parametrize("n_sensors", [2, 3])
+def test_rows_of_several_sensors_are_refused(device_walk, n_sensors):
+    walk = device_walk(50.0, 20.0)
+    axes = ([0, 1, 2], [1, 0, 2], [2, 1, 0])[:n_sensors]
+    rate = np.stack([walk.gyroscope_rad_s[:, order] for order in axes], axis=1).reshape(-1, 3)
+    time = np.arange(len(rate)) / (50.0 * n_sensors)
+    several = ImuRecording("s", time, rate, np.full_like(rate, np.nan))
+    with pytest.raises(RecordingError, match=f"the rows of {n_sensors} sensors"):
+        admit(several, "w")
+
+
+@pytest.mark.parametrize("rate_hz", [12.5, 25.0, 50.0, 100.0])
+def test_one_sensor_is_not_taken_for_several(device_walk, rate_hz):
+    walk = device_walk(rate_hz, 20.0)
+    noise = np.random.default_rng(0).normal(0.0, 0.3, walk.gyroscope_rad_s.shape)
+    admit(walk.recording(gyroscope_rad_s=walk.gyroscope_rad_s + noise), "w")
