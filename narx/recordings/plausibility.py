@@ -39,6 +39,7 @@ _IMPOSSIBLE_M_S2 = 1000.0 * GRAVITY_M_S2
 # than neighbouring rows. No leg returns to its rate within this time.
 _INTERLEAVED_S, _INTERLEAVED_RATIO = 0.15, 4.0
 _INTERLEAVED_RAD_S = np.radians(5.0)
+_MOST_SENSORS = 8
 # largest ratio of ticks of the clock to samples
 _MAX_TICKS_PER_SAMPLE = 20
 _MAX_TICKS = 5_000_000
@@ -157,7 +158,7 @@ def _check_size(time: FloatArray, where: str) -> None:
 
 def _check_interleaved(time: FloatArray, rate: FloatArray, where: str) -> None:
     """Refuse rows of several sensors in turn."""
-    most = int(_INTERLEAVED_S / float(np.median(np.diff(time))))
+    most = min(_MOST_SENSORS, int(_INTERLEAVED_S / float(np.median(np.diff(time)))))
     squares = [_step_square(rate, k) for k in range(1, most + 1)]
     if len(squares) < 2 or not squares[0] > _INTERLEAVED_RAD_S**2:
         return
