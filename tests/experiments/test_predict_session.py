@@ -2,14 +2,17 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from narx.datasets import SimulatedGait, read_recording, write_recording
+from narx.datasets.segment_names import segment_in_name
 from narx.errors import UserError
 from narx.experiments.predictions.angle_files import write_angles
+from narx.experiments.predictions.motion_bids_files import files_beside
 
 INPUT = "input={thigh_right: thigh.csv, shank_right: shänk.csv}"
 
@@ -123,8 +126,9 @@ def test_columns_are_mapped_on_the_spot(run_command, folder, trial):
     )
     status, _, err, _ = run_command("predict", "input=own.csv", "output=own_angles.csv", columns)
     assert (status, err) == (0, "")
-    status, _, err, _ = run_command("predict", "input=thigh.csv", "output=angles.csv")
+    status, out, err, _ = run_command("predict", "input=thigh.csv", "output=angles.csv")
     assert (status, err) == (0, "")
+    assert "s of rest, which is not used as the zero of the angles" in out
     own, plain = pd.read_csv("own_angles.csv"), pd.read_csv("angles.csv")
     np.testing.assert_allclose(own.to_numpy(), plain.to_numpy(), atol=1e-4)
 
@@ -222,6 +226,15 @@ def test_no_output_replaces_a_recording_or_a_folder(run_command, folder):
     assert (status, len(err.splitlines())) == (2, 1)
     assert "'x.csv_record.json' is a folder" in err
     assert not (folder / "x.csv").exists()
+
+
+def test_a_single_sensor_has_the_segment_of_its_file_name(tmp_path):
+    table = pd.DataFrame({"time_s": [0.0, 0.01], "sagittal_deg": [1.0, 2.0]})
+    path = tmp_path / "sub-1" / "motion" / "sub-1_task-walk_tracksys-narx_motion.tsv"
+    for file, point in (("anna_thigh_left.csv", "thigh_left"), ("walk.csv", "segment")):
+        write_angles(table, path, segment_in_name(Path(file).stem))
+        channels = pd.read_csv(files_beside(path)[0], sep="\t", keep_default_na=False)
+        assert list(channels.tracked_point) == ["n/a", point]
 
 
 def test_the_side_files_of_motion_bids_replace_no_recording(run_command, folder):
