@@ -152,6 +152,8 @@ def test_signals_are_the_derivatives_of_the_angles_in_all_axes(side):
     slope = np.gradient(walk, 1.0 / _RATE_HZ, axis=0)
     from_signals = coupled_rates(signals.axis_rates_rad_s, walk)
     assert np.abs(from_signals - slope)[350:-5].max() < 0.02 * np.abs(slope).max()
+    # the bias is removed in the frame of the sensor
+    assert np.abs(signals.axis_rates_rad_s[:250]).max() < 1e-9
     # the accelerometer shows a forward tilt as gravity along x; a left leg is mirrored as above
     expected = GRAVITY_M_S2 * np.sin(walk[:, 0])
     assert np.allclose(signals.specific_force_m_s2[:, 0], expected, atol=0.3)
@@ -206,6 +208,24 @@ def test_turning_walk_has_no_transverse_reference_but_tilt():
     angles = calibrate(trial)["thigh_right"].reference_angles_rad
     assert np.isnan(angles[:, 2]).all()
     assert np.degrees(np.abs(angles - walk))[:, :2].max() < 0.5
+
+
+def test_without_a_posture_the_heading_is_that_of_the_first_sample():
+    trial, walk = _trial(
+        "thigh_right", Rotation.identity(), heading=0.5, straight=False, still_s=(),
+        starts_in_calibration_posture=False,
+    )  # fmt: skip
+    calibrated = calibrate(trial, "functional")["thigh_right"]
+    orientation = Rotation.from_quat(calibrated.reference_wxyz, scalar_first=True)
+    heading = orientation[[0, 1000]].as_euler("ZXY")[:, 0]
+    np.testing.assert_allclose(heading, walk[[0, 1000], 2], atol=np.radians(0.3))
+    assert abs(heading[0]) < 1e-9
+
+
+def test_a_short_walk_in_a_long_recording_is_refused():
+    trial, _ = _trial("thigh_right", Rotation.identity(), movements=False, walking_s=(10.0, 10.5))
+    with pytest.raises(RecordingError, match=r"0.5 s of walking by 'thigh_right' to calibrate"):
+        calibrate(trial, "walking")
 
 
 def test_missing_samples_stay_missing():

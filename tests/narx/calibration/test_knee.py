@@ -147,10 +147,11 @@ def test_without_a_knee_to_see_the_segment_keeps_its_own_frame():
 
 
 def test_a_gap_ends_what_the_knee_is_seen_in():
-    early, late = _trial("right"), _trial("right")
-    for trial, gap_s in ((early, 4.0), (late, 15.0)):
+    early, late, both = _trial("right"), _trial("right"), _trial("right")
+    for trial, gap_s in ((early, 4.0), (late, 15.0), (both, 4.0), (both, 15.0)):
         trial.imus["shank_right"].gyroscope_rad_s[int(gap_s * _RATE_HZ)] = np.nan
     assert not any(_turned(early).values())
+    assert not any(_turned(both).values())
     assert all(_turned(late).values())
 
 

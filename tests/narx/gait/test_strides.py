@@ -40,6 +40,14 @@ def test_pauses_and_what_reaches_beyond_the_signal_are_left_out():
     np.testing.assert_allclose(strides[1, [0, 50, 100], 0], [0.5, 1.0, 1.5], atol=1e-12)
 
 
+@pytest.mark.parametrize(("pause_s", "is_a_stride"), [(1.4, True), (1.6, False)])
+def test_a_pause_is_longer_than_one_and_a_half_strides(pause_s, is_a_stride):
+    time = np.arange(0.0, 10.0, 0.01)
+    contacts = np.array([0.5, 1.5, 2.5, 2.5 + pause_s, 3.5 + pause_s, 4.5 + pause_s])
+    strides = normalised_strides(time, time[:, None], contacts)
+    assert np.isfinite(strides[2]).all() == is_a_stride
+
+
 @pytest.mark.parametrize("contacts", [[], [1.0]])
 def test_no_stride(contacts):
     assert normalised_strides(np.arange(5.0), np.zeros((5, 3)), np.array(contacts)).shape == (

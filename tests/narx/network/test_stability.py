@@ -41,6 +41,12 @@ def test_leaky_integrator(coupled):
     json.dumps(vars(statement))
 
 
+def test_the_gain_counts_the_feedback_of_both_angles():
+    """At rest p = gain v + (a1 + a2) p."""
+    statement = stability_statement(linear_network(0.6, 0.3, 0.01))
+    assert statement.gain_at_zero_frequency_s == pytest.approx(0.01 / 0.1 * 0.4 / 2.0)
+
+
 def test_an_oscillator_has_complex_poles():
     radius, angle = 0.9, 0.3
     statement = stability_statement(linear_network(2 * radius * math.cos(angle), -(radius**2), 0.1))
