@@ -24,6 +24,8 @@ _LOST_POSE, _UNIT_TOLERANCE = 1e-6, 0.1
 # agreement of sensor and tracked body: published recordings have slopes of 0.9 to 1.1
 _SLOPES = (0.5, 2.0)
 _MIN_EXPLAINED = 0.5
+# a reflection leaves less unexplained than any rotation, by this factor
+_MIRRORED = 2.5
 
 
 @dataclass(frozen=True)
@@ -236,7 +238,8 @@ def tracked_poses(
 
 def _refuse_contradiction(segment: str, found: Misalignment) -> None:
     """Refuse a sensor and a body that no constant rotation brings together."""
-    if found.explained < _MIN_EXPLAINED:
+    mirrored = 1.0 - found.explained > _MIRRORED * (1.0 - found.explained_mirrored)
+    if found.explained < _MIN_EXPLAINED or mirrored:
         raise RecordingError(
             f"'{segment}': the gyroscope does not turn as its reference does (a constant rotation "
             f"explains {found.explained:.0%} and leaves "

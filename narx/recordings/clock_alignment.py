@@ -46,6 +46,8 @@ class Misalignment:
     explained : float
         Share of the variance of the sensor's rates that rotation and slope explain: near 1 for one
         rigid body.
+    explained_mirrored : float
+        The same for the best reflection: above `explained` only if axes are exchanged or mirrored.
     """
 
     body_to_sensor: Rotation
@@ -54,6 +56,7 @@ class Misalignment:
     inlier_share: float
     slope: float
     explained: float
+    explained_mirrored: float
 
 
 class _MeanRates:
@@ -248,6 +251,10 @@ def estimate_misalignment(
         for a, b in ((measured, tracked), (measured, measured), (tracked, tracked))
     )
     moves = power > 0.0 and tracked_power > 0.0
+    # the best reflection shares as much along the first two principal directions
+    covariance = measured.T @ tracked
+    third = float(np.linalg.svd(covariance, compute_uv=False)[-1])
+    reflected = shared - 2.0 * third * float(np.sign(np.linalg.det(covariance)))
     return Misalignment(
         rotation,
         offset,
@@ -255,6 +262,7 @@ def estimate_misalignment(
         float(used.mean()),
         shared / tracked_power if moves else 0.0,
         max(shared, 0.0) ** 2 / (power * tracked_power) if moves else 0.0,
+        max(reflected, 0.0) ** 2 / (power * tracked_power) if moves else 0.0,
     )
 
 

@@ -20,6 +20,7 @@ from narx.datasets.tracked_sensor import (
 )
 from narx.errors import RecordingError, UserError
 from narx.kinematics.joint_angles import grood_suntay
+from narx.kinematics.segment_angles import gyroscope_xyz, orientation_from_angles
 
 _RATE_HZ = 100.0
 _OFFSET_S = 0.0145
@@ -312,3 +313,28 @@ def test_a_sensor_and_a_reference_that_contradict_are_refused_by_file(contradict
         _align(sensors)
     assert str(error.value).startswith("sub-01_motion.tsv: ")
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda rates: rates[:, [2, 1, 0]],
+        lambda rates: rates * [-1.0, 1.0, 1.0],
+        lambda rates: rates * [1.0, 1.0, -1.0],
+    ],
+)
+def test_exchanged_axes_of_a_leg_are_refused_although_it_mostly_swings_about_one(motion, change):
+    """A rotation explains most of what a leg measures, a reflection all of it."""
+    walk = motion("walking", duration_s=20.0)
+    body = orientation_from_angles(walk.angles_rad)
+    rates = gyroscope_xyz(walk.signals.axis_rates_rad_s)
+
+    def align(rates):
+        time = walk.time_s
+        table, force = np.column_stack([time, rates]), np.column_stack([time, rates])
+        sensors = {"thigh": RawSensor(table, force, np.zeros(3), time, body)}
+        return align_sensors(sensors, 100.0, max_gap_s=0.03, max_optical_gap_s=0.03, where="a.mat")
+
+    align(rates)
+    with pytest.raises(RecordingError, match=r"a.mat: 'thigh': .* exchanged or mirrored axes"):
+        align(change(rates))
