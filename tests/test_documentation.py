@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import torch
 
+from narx.datasets import SimulatedGait
 from narx.export import write
 from narx.inference import pretrained
 from narx.method import SegmentSignals
@@ -138,6 +139,21 @@ def test_bands_are_shares_of_the_errors_and_of_the_marks():
     in_band, or_marked = cells["95 % band"], cells["in the 95 % band or marked"]
     assert in_band in {f"{a} / {b}" for a in (67, 68) for b in (67, 68)}
     assert or_marked in {f"{a} / {b}" for a in (83, 84) for b in (83, 84)}
+
+
+def test_disturbed_walks_are_scored_where_they_are_disturbed(monkeypatch):
+    disturbances = _load(ROOT / "docs" / "disturbances.py")
+    assert set(disturbances.WALKERS) == set(SimulatedGait().conditions)
+    monkeypatch.setattr(disturbances, "WALKERS", {"normal": ("V3",)})
+    plain, slipped = (
+        disturbances.row(options, 30.0, 31.0)
+        for options in ({}, {"slips_s": [30.0], "slip_deg": 60.0})
+    )
+    sagittal, frontal = (float(cell) for cell in plain["RMSE"].split(" / "))
+    assert max(sagittal, frontal) < 5.0
+    assert max(float(cell) for cell in slipped["worst segment"].split(" / ")) > 5.0
+    assert plain["start-up or idle, %"] == "0"
+    assert all(0 <= int(share) <= 100 for share in plain["95 % band"].split(" / "))
 
 
 def _load(path):

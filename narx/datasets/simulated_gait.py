@@ -30,6 +30,7 @@ from narx.simulation.markers import track
 from narx.simulation.pauses import Pauses
 from narx.simulation.random_numbers import stream
 from narx.simulation.recorder import MOTION_RATE_HZ, Recorder
+from narx.simulation.running import SPEED_KM_H as RUNNING_KM_H
 from narx.simulation.sensor import sensor_model
 from narx.simulation.session import ErrorSource, Session, draw_session, leave_out
 from narx.simulation.size import check_size, longest_walk_s
@@ -70,7 +71,8 @@ class SimulatedGait(TrialSource):
         ``abnormal`` (legs swung outwards) over ground, with standing before and after, as in Han et
         al. (2020).
     conditions : iterable of str, optional
-        Conditions of the protocol to simulate; None is all of them.
+        Conditions of the protocol to simulate; None is all of them but ``running``, which the
+        treadmill has as well.
     trials_per_condition : int, optional
         Repetitions; None is 1 on the treadmill and 3 over ground.
     treadmill_duration_s : float, optional
@@ -150,8 +152,9 @@ class SimulatedGait(TrialSource):
         subjects = subjects_of(subjects)
         self.seed = seed
         self.protocol, on_treadmill = protocol, protocol == "treadmill"
-        self._speeds_km_h = SPEEDS_KM_H if on_treadmill else OVERGROUND_SPEED_KM_H
-        self.conditions = tuple(self._speeds_km_h if conditions is None else conditions)
+        usual = SPEEDS_KM_H if on_treadmill else OVERGROUND_SPEED_KM_H
+        self.conditions = tuple(usual if conditions is None else conditions)
+        self._speeds_km_h = {**usual, "running": RUNNING_KM_H} if on_treadmill else usual
         _check_names("condition", self.conditions, self._speeds_km_h)
         self.segments = segments
         _check_names("segment", self.segments, SEGMENTS)
@@ -287,7 +290,7 @@ class SimulatedGait(TrialSource):
         body = self._bodies[subject]
         pattern = walking_pattern(
             subject, body, self._speed_m_s(subject, condition), self.seed,
-            swings_outwards=condition == "abnormal",
+            swings_outwards=condition == "abnormal", runs=condition == "running",
         )  # fmt: skip
         rng = stream(self.seed, subject, condition, trial, "timing")
         timing, length_s = self._timing(pattern, rng)

@@ -13,6 +13,7 @@ from narx.simulation.gait_curves import (
     table_phase,
 )
 from narx.simulation.random_numbers import stream
+from narx.simulation.running import STRIDE_HZ, TOE_OFF, running_curves
 from narx.simulation.skeleton import SIDES, forward_velocity
 from narx.types import FloatArray
 
@@ -51,6 +52,8 @@ class WalkingPattern:
     curves : dict of str to ndarray of complex, shape (3, K + 1)
         Fourier coefficients in rad of ``pelvis``, ``hip_right``, ``knee_right``, ``hip_left``,
         ``knee_left``.
+    runs : bool
+        Whether the person runs; the curves then have the timing of running.
     """
 
     speed_m_s: float
@@ -58,6 +61,7 @@ class WalkingPattern:
     toe_off: float
     left_lag: float
     curves: dict[str, ComplexArray]
+    runs: bool = False
 
     def leg_phase(self, joint: str, phase: FloatArray) -> FloatArray:
         """Return the phase of the leg that a joint belongs to (the right one for the pelvis).
@@ -89,12 +93,12 @@ class WalkingPattern:
         dict of str to ndarray, shape (N, 3)
             Angles in rad for each of `JOINTS`.
         """
-        return {
-            joint: evaluate(
-                self.curves[joint], table_phase(self.leg_phase(joint, phase), self.toe_off)
-            )
-            for joint in JOINTS
-        }
+        angles = {}
+        for joint in JOINTS:
+            of_leg = self.leg_phase(joint, phase)
+            in_table = of_leg if self.runs else table_phase(of_leg, self.toe_off)
+            angles[joint] = evaluate(self.curves[joint], in_table)
+        return angles
 
 
 def stride_frequency_hz(speed_m_s: float, height_m: float) -> float:
@@ -140,7 +144,12 @@ def toe_off_phase(speed_m_s: float) -> float:
 
 
 def walking_pattern(
-    subject: str, body: Body, speed_m_s: float, seed: int, swings_outwards: bool = False
+    subject: str,
+    body: Body,
+    speed_m_s: float,
+    seed: int,
+    swings_outwards: bool = False,
+    runs: bool = False,
 ) -> WalkingPattern:
     """Draw the gait of one person at a speed.
 
@@ -157,15 +166,17 @@ def walking_pattern(
         Seed of the data set.
     swings_outwards : bool, optional
         Walk with the legs swung outwards (`narx.simulation.gait_curves.swing_outwards`).
+    runs : bool, optional
+        Run (`narx.simulation.running`).
 
     Returns
     -------
     WalkingPattern
-        Hip flexion and abduction are adjusted so that stance feet that neither slip nor sink carry
-        the pelvis at `speed_m_s` with the usual fluctuation (`pelvis_velocity`).
+        In walking, hip flexion and abduction are adjusted so that stance feet that neither slip
+        nor sink carry the pelvis at `speed_m_s` with the usual fluctuation (`pelvis_velocity`).
     """
     rng = stream(seed, subject, "walking pattern")
-    mean = joint_curves(speed_m_s)
+    mean = running_curves(speed_m_s) if runs else joint_curves(speed_m_s)
     if swings_outwards:
         mean = swing_outwards(mean)
     curves = {"pelvis": _individual(rng, mean["pelvis"], _OFFSET_SD_DEG["pelvis"], 1.0)}
@@ -175,15 +186,18 @@ def walking_pattern(
         person = _individual(rng, mean[joint], _OFFSET_SD_DEG[joint], 1.0)
         for side in SIDES:
             curves[f"{joint}_{side}"] = _individual(rng, person, _OFFSET_SD_DEG[joint], _ASYMMETRY)
-    frequency = stride_frequency_hz(speed_m_s, body.height_m) * (1.0 + 0.03 * rng.standard_normal())
+    usual_hz = STRIDE_HZ if runs else stride_frequency_hz(speed_m_s, body.height_m)
+    frequency = usual_hz * (1.0 + 0.03 * rng.standard_normal())
+    toe_off = TOE_OFF if runs else toe_off_phase(speed_m_s)
     pattern = WalkingPattern(
         speed_m_s=speed_m_s,
         stride_s=1.0 / frequency,
-        toe_off=toe_off_phase(speed_m_s) + 0.006 * float(rng.standard_normal()),
+        toe_off=toe_off + 0.006 * float(rng.standard_normal()),
         left_lag=0.5 + 0.005 * float(rng.standard_normal()),
         curves=curves,
+        runs=runs,
     )
-    return _agree_with_feet(pattern, body)
+    return pattern if runs else _agree_with_feet(pattern, body)
 
 
 def _agree_with_feet(pattern: WalkingPattern, body: Body) -> WalkingPattern:

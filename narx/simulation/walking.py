@@ -9,6 +9,7 @@ from narx.simulation.body import Body
 from narx.simulation.calculus import integral
 from narx.simulation.gait_timing import OFFSET_SD_DEG, SIZE_CV, GaitTiming
 from narx.simulation.random_numbers import smooth_noise
+from narx.simulation.running import bounce_m
 from narx.simulation.skeleton import SIDES, SkeletonMotion, forward_velocity, move
 from narx.simulation.walker import JOINTS, WalkingPattern
 from narx.types import FloatArray
@@ -103,6 +104,12 @@ def walk(
         joint_angles[joint][:, 0] += timing.pauses.seat_rad(time_s)
 
     motion = move(time_s, rate_hz, joint_angles, body)
+    impacts = _impacts(timing, pattern, time_s, size)
+    if pattern.runs:
+        path = size[:, None] * bounce_m(phase, pattern.toe_off)
+        if travels:
+            path[:, 0] = integral(pattern.speed_m_s * size, rate_hz)
+        return dataclasses.replace(motion, pelvis_m=motion.pelvis_m + path, impact_m=impacts)
     velocity = forward_velocity(
         joint_angles, phase, pattern.toe_off, pattern.left_lag, body, rate_hz
     )
@@ -116,7 +123,7 @@ def walk(
     return dataclasses.replace(
         motion,
         pelvis_m=motion.pelvis_m + path - drift,
-        impact_m=_impacts(timing, pattern, time_s, size),
+        impact_m=impacts,
     )
 
 
