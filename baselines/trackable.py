@@ -10,7 +10,7 @@ from narx.inference.composition import tracker_of
 from narx.inference.tracked_recursion import TrackedRecursion
 from narx.inference.tracker import LinearRecursion, PostureTracker
 from narx.inference.tracking import Tracking, follow
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.method import SegmentSignals
 from narx.recursion import Recursion
 from narx.types import FloatArray

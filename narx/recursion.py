@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,23 +197,20 @@ class CompiledClocked(Clocked):
     Parameters
     ----------
     numbers : ndarray, shape (P,)
-        Constants of `kernel`.
-    state : ndarray, shape (groups, ...)
-        State of the sensors, in groups of as many as `sizes` has lanes; changed in place.
+        Constants of the kernels.
+    state : ndarray, shape (groups, S, W)
+        State of the sensors, in groups of W side by side (`narx.network.kernel_arrays.grouped`);
+        changed in place.
     has_stds : bool
         Whether the standard deviations are known.
-    sizes : tuple
-        Further arguments of `kernel`, which are lengths (`narx.kernels.sizes`): of the network, and
-        last of a group, which is one sensor if there are none.
     """
 
-    kernel: Callable[..., None]
+    # tuples of sizes among their arguments would take as long as the rest of the call
+    one: Callable[..., None]
+    many: Callable[..., None]
 
-    def __init__(
-        self, numbers: FloatArray, state: FloatArray, has_stds: bool, sizes: tuple[Any, ...] = ()
-    ) -> None:
+    def __init__(self, numbers: FloatArray, state: FloatArray, has_stds: bool) -> None:
         self._numbers, self._state, self._has_stds = numbers, state, has_stds
-        self._sizes, self._width = sizes, len(sizes[-1]) if sizes else 1
 
     def follow(
         self, samples: FloatArray, stamps: FloatArray
@@ -234,20 +231,19 @@ class CompiledClocked(Clocked):
         angles = np.empty((n_sensors, n_samples, 3))
         stds = np.empty((n_sensors, n_samples, 3))
         quality = np.empty((n_sensors, n_samples), np.int8)
-        if n_sensors < 2 * _TOGETHER:
-            self.kernel(
-                samples, stamps, self._numbers, self._state, angles, stds, quality, *self._sizes
-            )
+        if n_sensors == 1:
+            self.one(samples, stamps, self._numbers, self._state, angles, stds, quality)
         else:
+            width = self._state.shape[2]
 
             def part(first: int, last: int) -> None:
-                at = slice(first * self._width, last * self._width)
-                self.kernel(
+                at = slice(first * width, last * width)
+                self.many(
                     samples[at], stamps[at], self._numbers, self._state[first:last],
-                    angles[at], stds[at], quality[at], *self._sizes,
+                    angles[at], stds[at], quality[at],
                 )  # fmt: skip
 
-            in_threads(part, len(self._state), _TOGETHER // self._width)
+            in_threads(part, len(self._state), _TOGETHER // width)
         return angles, stds if self._has_stds else None, quality
 
 

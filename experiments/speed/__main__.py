@@ -283,6 +283,17 @@ def _streams(bench: _Bench) -> None:
         bench.time(name, work, factor=factor)
 
 
+def _stream_ratios(bench: _Bench) -> dict[str, float | None]:
+    """Time of a sample within a whole recording, and of VQF's update, relative to the stream's."""
+    found = {}
+    for kind in ("stream_tracked", "stream"):
+        for way in ("one_sensor", "in_step"):
+            own = f"{kind}.{way}"
+            found[f"{kind}_{way}_vs_recording"] = bench.ratio(f"{kind}.recording", own)
+            found[f"{kind}_{way}_vs_vqf"] = bench.ratio("stream.vqf", own)
+    return found
+
+
 def _ratios(bench: _Bench) -> dict[str, float | None]:
     own = "closed_loop_jacobian.narx"
     n = f"rollout_{bench.cfg.n_channels}"
@@ -310,12 +321,7 @@ def _ratios(bench: _Bench) -> dict[str, float | None]:
         "rollout_1_vs_c": bench.ratio("rollout_1.c", "rollout_1.narx"),
         "rollout_180_vs_torchscript": bench.ratio(f"{n}.torchscript", f"{n}.narx"),
         "rollout_180_vs_c": bench.ratio(f"{n}.c", f"{n}.narx_1_thread"),
-        "stream_vs_recording": bench.ratio("stream_tracked.recording", "stream_tracked.one_sensor"),
-        "stream_in_step_vs_recording": bench.ratio("stream.recording", "stream.in_step"),
-        "stream_tracked_in_step_vs_recording": bench.ratio(
-            "stream_tracked.recording", "stream_tracked.in_step"
-        ),
-        "stream_vs_vqf": bench.ratio("stream.vqf", "stream_tracked.one_sensor"),
+        **_stream_ratios(bench),
         "multi_start_vs_torch_loop": bench.ratio("multi_start.torch_loop", "multi_start.narx"),
     }
 

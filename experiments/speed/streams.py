@@ -55,9 +55,14 @@ def works(peers: bool) -> dict[str, tuple[Callable[[], Any], float]]:
 
 def _strides(rng: np.random.Generator) -> Iterator[FloatArray]:
     """Rates of walking legs, each in its own phase of a stride of a second, again and again."""
-    phase = np.add(rng.uniform(0.0, 2.0 * np.pi, size=(SENSORS, 1)), [0.0, 1.0, 2.0])
-    turns = 2.0 * np.pi * np.arange(100) / 100
-    return itertools.cycle([np.array([3.0, 0.5, 0.5]) * np.cos(phase + turn) for turn in turns])
+    phase, turns = rng.uniform(0.0, 2.0 * np.pi, size=SENSORS), 2.0 * np.pi * np.arange(100) / 100
+    return itertools.cycle([_walking(phase + turn) for turn in turns])
+
+
+def _walking(phase: FloatArray) -> FloatArray:
+    """Rates (..., 3) of a leg, rad/s, which swings faster forward than backward."""
+    sagittal = 2.4 * np.cos(phase) + 1.2 * np.cos(2.0 * phase)
+    return np.stack([sagittal, 0.4 * np.cos(2.0 * phase + 0.3), 0.3 * np.cos(phase + 1.0)], axis=-1)
 
 
 def _next(update: Callable[[FloatArray], Any], samples: Iterator[FloatArray]) -> Callable[[], None]:

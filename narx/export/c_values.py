@@ -13,7 +13,7 @@ from narx.inference.checkpoint import Checkpoint
 from narx.inference.tracking import Tracking
 from narx.inference.washout import washout_gain
 from narx.kernels import leg
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.kernels.clock import ON_TICK
 from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
 from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from narx.export.tracked_state import TrackedState
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.network.cell import coupled_rates
 
 

@@ -25,7 +25,7 @@ from narx.export.tracker_numbers import (
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.tracking import Tracking
 from narx.kernels import leg
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.kernels.limits import COS_FRONTAL_MIN
 from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S
 

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from narx.inference.tracker import PostureTracker
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.network.model import Narx
 from narx.types import FloatArray
 

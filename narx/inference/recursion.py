@@ -5,8 +5,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from narx.inference.start_up import StartUp
 from narx.kernels import sample_steps as kernel
-from narx.kernels.network_stream import follow
-from narx.network.kernel_arrays import in_lanes, kernel_shape, lanes_for
+from narx.kernels.network_stream import follow_many, follow_one
+from narx.network.kernel_arrays import grouped, kernel_shape
 from narx.network.model import Narx
 from narx.recursion import Clocked, ClockNumbers, CompiledClocked, Recursion, new_clock
 from narx.types import BoolArray, FloatArray
@@ -132,6 +132,7 @@ class NarxRecursion(Recursion):
         stds = np.full(6, np.nan) if stds_rad is None else stds_rad.ravel()
         constants: list[ArrayLike] = [
             numbers,
+            self._sizes,
             stds,
             self._start_up,
             (coupled, gain),
@@ -143,16 +144,12 @@ class NarxRecursion(Recursion):
         state = [
             new_clock(shape[0]), *none, self.taken_over[:, None], self.start, self.memory[:, :, 0]
         ]  # fmt: skip
-        lanes = lanes_for(shape[0])
-        at, _ = in_lanes(shape[0], len(lanes))
-        grouped = np.hstack(state)[at].transpose(0, 2, 1).copy()
         return _ClockedNetwork(
             np.concatenate([np.ravel(part) for part in constants]),
-            grouped,
+            grouped(np.hstack(state)),
             stds_rad is not None,
-            (self._shape, lanes),
         )
 
 
 class _ClockedNetwork(CompiledClocked):
-    kernel = staticmethod(follow)
+    one, many = staticmethod(follow_one), staticmethod(follow_many)

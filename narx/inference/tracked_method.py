@@ -11,7 +11,7 @@ from narx.inference.tracked_recursion import TrackedRecursion
 from narx.inference.tracker import PostureTracker
 from narx.inference.tracking import Tracked, Tracking, follow
 from narx.kernels import leg
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.kernels.clock import ARRIVED, DOUBTFUL
 from narx.method import SegmentSignals
 from narx.missing import finite_rows

@@ -5,7 +5,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from narx.inference.tracker import LinearRecursion, PostureTracker
 from narx.inference.tracking import Tracking
-from narx.kernels.tracked_stream import follow
+from narx.kernels.tracked_stream import follow_many, follow_one
+from narx.network.kernel_arrays import grouped
 from narx.network.model import Narx
 from narx.recursion import Clocked, ClockNumbers, CompiledClocked, Recursion, new_clock
 from narx.types import BoolArray, FloatArray
@@ -94,8 +95,8 @@ class TrackedRecursion(Recursion):
             one.weights,
         ]
         joined = np.concatenate([np.ravel(part) for part in constants])
-        return _ClockedTracker(joined, np.hstack([clock, packed]), True)
+        return _ClockedTracker(joined, grouped(np.hstack([clock, packed])), True)
 
 
 class _ClockedTracker(CompiledClocked):
-    kernel = staticmethod(follow)
+    one, many = staticmethod(follow_one), staticmethod(follow_many)

@@ -47,7 +47,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from narx.errors import UserError
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.network.model import Narx
 from narx.types import FloatArray
 

@@ -9,8 +9,8 @@ import numpy as np
 from narx.errors import UserError
 from narx.inference.tracker import LinearRecursion, PostureTracker
 from narx.kernels import leg
-from narx.kernels import tracker as kernel
-from narx.kernels.tracker_covariance import AIDED_STATES, GYROSCOPE_STATES
+from narx.kernels import tracker_layout as kernel
+from narx.kernels.tracker import track
 from narx.network.model import Narx
 from narx.types import BoolArray, FloatArray
 
@@ -86,7 +86,7 @@ class Tracking:
             self.weights, self.hidden = model.weights.detach().numpy(), model.structure.hidden
             input_lags, output_lags = model.structure.input_lags, model.structure.output_lags
         known = initial_angles_rad is not None
-        n = AIDED_STATES if tracker.aided else GYROSCOPE_STATES
+        n = kernel.AIDED_STATES if tracker.aided else kernel.GYROSCOPE_STATES
         self.parameters = tracker.numbers(model)
         self.x = np.zeros(n)
         self.x[kernel.LEAN] = math.radians(tracker.lean_deg_s)
@@ -138,7 +138,7 @@ class Tracking:
         force = np.ascontiguousarray(specific_force_m_s2, dtype=np.float64)
         angles, variances = np.empty_like(rates), np.empty_like(rates)
         growth, by_network = np.empty(len(rates)), np.empty(len(rates), dtype=np.bool_)
-        kernel.track(
+        track(
             rates, force, self.x, self.covariance, self.scalars, self.parameters, self.weights,
             self.hidden, self.rates, self.past, angles, variances, growth, by_network,
         )  # fmt: skip

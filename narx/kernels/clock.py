@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
+from narx.kernels.compiler import EXACT, EXACT_VIEWS, compiled
 from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
 from narx.kernels.transfer import copy_row
 
@@ -20,7 +20,7 @@ ON_TICK = 1e-3
 ARRIVED, AFTER_PAUSE, MISSING, STARTING, DOUBTFUL = 0, 1, 2, 3, 4
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def usable(sample: Any, limit: float) -> bool:
     """Return whether a sample is not missing."""
     for c in range(len(sample)):  # noqa: SIM110 - the compiler has no generators
@@ -30,7 +30,7 @@ def usable(sample: Any, limit: float) -> bool:
     return True
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def passed_s(stamps: Any, b: int, k: int, interval: float, clock: Any) -> float:
     """Time since the previous sample; 0 or NaN for a time stamp that does not increase.
 
@@ -56,7 +56,7 @@ def longest_pause(interval: float, max_gap: float, lost_most: int) -> float:
     return float(max(2.0 * max_gap, (lost_most + 2) * interval))
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def arrive(
     sample: Any,
     passed: float,
@@ -93,7 +93,7 @@ def arrive(
     return arrival, max(lost, 0), due, rest, since
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def on_time(rows: Any, lane: int, samples: Any, b: int, k: int, limit: float) -> bool:
     """Return whether a sample without time stamp is the next tick, as usual.
 
@@ -108,7 +108,7 @@ def on_time(rows: Any, lane: int, samples: Any, b: int, k: int, limit: float) ->
     )
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def interpolate(sample: Any, latest: Any, back: float, tick: Any) -> None:
     """Interpolate a tick that precedes the sample by a share of the time since the latest one."""
     for c in range(len(sample)):
@@ -209,7 +209,7 @@ def collect(
                 quality[b, k] = STARTING
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def turn_on(start: Any, sample: Any, duration: float, angles: Any) -> None:
     """Fill angles (3,): `start`, advanced for less than a tick at the rates of a sample."""
     sin_s, cos_s = np.sin(start[0]), np.cos(start[0])

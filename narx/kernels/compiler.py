@@ -27,11 +27,14 @@ else:
     _keep, UNSUPPORTED = keep_on_disk, ""
 
 # exactly the operations in the source
-EXACT: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
-JIT: dict[str, Any] = {
+EXACT: dict[str, Any] = {
     "cache": True,
     "nogil": True,
     "error_model": "numpy",  # the check for division by zero would block vectorisation
+    "_nrt": True,  # count references to arrays, whatever the caller does
+}
+JIT: dict[str, Any] = {
+    **EXACT,
     "fastmath": {"contract"},  # allow fused multiply-add, but keep NaN and the order of operations
 }
 
@@ -39,6 +42,10 @@ JIT: dict[str, Any] = {
 _UNCALLED: dict[str, Any] = {"cache": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 INNER: dict[str, Any] = {**JIT, **_UNCALLED}
 EXACT_INNER: dict[str, Any] = {**EXACT, **_UNCALLED}
+# functions that make no arrays, only views of those that their callers hold: counting references
+# to these takes longer than the rest of a tracked sample
+VIEWS: dict[str, Any] = {**INNER, "_nrt": False}
+EXACT_VIEWS: dict[str, Any] = {**EXACT_INNER, "_nrt": False}
 
 
 def compiled(cache: bool = False, **options: Any) -> Callable[[Any], Any]:

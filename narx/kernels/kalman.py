@@ -1,52 +1,67 @@
-"""Kalman update by one number at a time, in compiled code.
+"""Kalman update by one number at a time.
 
-`work` holds intermediate results: the rows DIRECTION, of the measurement, and PRODUCT.
+Arrays end with the sensors side by side: x (n, W), covariance (n, n, W). `work` (rows, n, W) holds
+intermediate results: the rows DIRECTION, of the measurement, and PRODUCT.
 """
 
 from typing import Any
 
-from narx.kernels.compiler import EXACT_INNER, compiled
+from narx.kernels.compiler import EXACT_VIEWS, compiled
+from narx.kernels.functions import load, store
+from narx.kernels.sizes import SCALAR
+from narx.kernels.tracker_layout import DIRECTION, PRODUCT
 
-DIRECTION, PRODUCT = 0, 1
 
+@compiled(**EXACT_VIEWS)
+def spread(covariance: Any, work: Any, lane: int) -> float:
+    """Fill work[PRODUCT] of one sensor with covariance . direction.
 
-@compiled(**EXACT_INNER)
-def spread(covariance: Any, work: Any) -> float:
-    """Fill work[PRODUCT] with covariance . direction; return the variance of direction . x."""
+    Returns the variance of direction . x.
+    """
     n, total = len(covariance), 0.0
     for j in range(n):
-        work[PRODUCT, j] = 0.0
+        work[PRODUCT, j, lane] = 0.0
     for i in range(n):
-        share = work[DIRECTION, i]
+        share = work[DIRECTION, i, lane]
         if share != 0.0:
             for j in range(n):
-                work[PRODUCT, j] += share * covariance[i, j]
+                work[PRODUCT, j, lane] += share * covariance[i, j, lane]
     for i in range(n):
-        total += work[PRODUCT, i] * work[DIRECTION, i]
+        total += work[PRODUCT, i, lane] * work[DIRECTION, i, lane]
     return total
 
 
-@compiled(**EXACT_INNER)
-def _update(x: Any, covariance: Any, work: Any, total: float, residual: float) -> None:
+@compiled(**EXACT_VIEWS)
+def _update(
+    x: Any, covariance: Any, work: Any, total: Any, residual: Any, share: Any, lane: int, lanes: Any
+) -> None:
+    """Update lanes from `lane` on; share is 1, or 0 where there is no measurement."""
     n = len(x)
     for i in range(n):
-        gain = work[PRODUCT, i] / total
-        x[i] += gain * residual
+        gain = share * load(lanes, work, (PRODUCT, i, lane)) / total
+        store(lanes, x, (i, lane), load(lanes, x, (i, lane)) + gain * residual)
         for j in range(n):
-            covariance[i, j] -= gain * work[PRODUCT, j]
+            taken = gain * load(lanes, work, (PRODUCT, j, lane))
+            left = load(lanes, covariance, (i, j, lane)) - taken
+            store(lanes, covariance, (i, j, lane), left)
 
 
-@compiled(**EXACT_INNER)
-def measure(x: Any, covariance: Any, work: Any, variance: float, residual: float) -> None:
-    """Kalman update by one number: `residual` = measured - direction . x."""
-    _update(x, covariance, work, spread(covariance, work) + variance, residual)
-
-
-@compiled(**EXACT_INNER)
-def measure_state(
-    x: Any, covariance: Any, at: int, work: Any, variance: float, residual: float
+@compiled(**EXACT_VIEWS)
+def measure(
+    x: Any, covariance: Any, work: Any, variance: float, residual: float, lane: int
 ) -> None:
-    """Kalman update by one number: `residual` = measured - x[at]."""
+    """Update one sensor by one number: `residual` = measured - direction . x."""
+    total = spread(covariance, work, lane) + variance
+    _update(x, covariance, work, total, residual, 1.0, lane, SCALAR)
+
+
+@compiled(**EXACT_VIEWS)
+def measure_state(
+    x: Any, covariance: Any, at: int, work: Any, variance: float, residual: Any, share: Any,
+    lanes: Any,
+) -> None:  # fmt: skip
+    """Update the sensors with a share of 1, not 0, by a number: `residual` = measured - x[at]."""
     for i in range(len(x)):
-        work[PRODUCT, i] = covariance[at, i]
-    _update(x, covariance, work, covariance[at, at] + variance, residual)
+        store(lanes, work, (PRODUCT, i, 0), load(lanes, covariance, (at, i, 0)))
+    total = load(lanes, covariance, (at, at, 0)) + variance
+    _update(x, covariance, work, total, residual, share, 0, lanes)

@@ -85,7 +85,8 @@ def _lower(function: Any, instruction: str) -> None:
             arg if isinstance(ty, Vector) else _splat(builder, arg, width)
             for arg, ty in zip(args, sig.args, strict=True)
         )
-        return getattr(builder, instruction)(left, right, flags=("contract",))
+        # without flags of its own: those of the function apply, as to single numbers
+        return getattr(builder, instruction)(left, right)
 
     for a, b in ((Vector, Vector), (Vector, types.Float), (types.Float, Vector)):
         lower_builtin(function, a, b)(lower)

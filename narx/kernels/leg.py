@@ -7,7 +7,7 @@ the phone in a hand (medians of a recording).
 
 import math
 
-from narx.kernels.compiler import EXACT_INNER, compiled
+from narx.kernels.compiler import EXACT_VIEWS, compiled
 
 # Below the skewness of a leg, the standard deviation grows by `STD_GROWTH` times the relative
 # difference. If it is more than doubled, the motion is doubtful.
@@ -16,7 +16,7 @@ LEG_SKEWNESS, STD_GROWTH, MOST_GROWTH, DOUBTFUL_GROWTH = 0.5, 2.5, 6.0, 2.0
 START_SQUARE = 0.5
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def std_growth(square: float, cube: float) -> float:
     """Factor on the standard deviation from mean square and mean cube of the sagittal rate."""
     skewness = cube / (square * math.sqrt(square))

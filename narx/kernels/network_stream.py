@@ -22,22 +22,22 @@ from narx.kernels.clock import (
     passed_s,
     turn_on,
 )
-from narx.kernels.compiler import EXACT, EXACT_INNER, compiled
+from narx.kernels.compiler import EXACT, EXACT_INNER, EXACT_VIEWS, compiled
 from narx.kernels.sample_steps import network_step, start_network
-from narx.kernels.sizes import SCALAR
+from narx.kernels.sizes import SCALAR, VECTOR
 from narx.kernels.start_up import STATE_SIZE, run_start_up
 from narx.kernels.transfer import copy_row
 
-# numbers of `follow`: clock, standard deviations after the start-up and in it, start-up, whether
-# the network is coupled, washout, scales, weights
-LIMIT, INTERVAL, MAX_GAP, LOST_MOST = range(4)
-STDS, START_UP, COUPLED, GAIN, SCALES, WEIGHTS = 4, 10, 16, 17, 18, 30
+# numbers of `follow`: clock, sizes of the network, standard deviations after the start-up and in
+# it, start-up, whether the network is coupled, washout, scales, weights
+LIMIT, INTERVAL, MAX_GAP, LOST_MOST, HIDDEN, INPUT_LAGS, OUTPUT_LAGS = range(7)
+STDS, START_UP, COUPLED, GAIN, SCALES, WEIGHTS = 7, 13, 19, 20, 21, 33
 # rows of a group's state, after those of the clock; the angles are those of the newest tick
 LATEST, ANGLES, IN_START_UP, TAKEN_OVER, START = CLOCK, CLOCK + 3, CLOCK + 6, CLOCK + 7, CLOCK + 8
 MEMORY = START + STATE_SIZE
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def _tick(numbers: Any, shape: Any, sensor: Any, tick: Any, room: Any) -> None:
     """Advance a sensor's state (S,) by a tick: rates (1, 3, 1)."""
     interval, coupled = numbers[INTERVAL], numbers[COUPLED] != 0.0
@@ -74,7 +74,7 @@ def _tick(numbers: Any, shape: Any, sensor: Any, tick: Any, room: Any) -> None:
     copy_row(found[0, :, 0], sensor[ANGLES:IN_START_UP])
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def _one_sample(
     samples: Any, stamps: Any, b: int, k: int, numbers: Any, shape: Any, sensor: Any, tick: Any,
     room: Any,
@@ -94,32 +94,40 @@ def _one_sample(
     return int(arrival)
 
 
-@compiled(**EXACT)
-def follow(
-    samples: Any,
-    stamps: Any,
-    numbers: Any,
-    state: Any,
-    angles: Any,
-    stds: Any,
-    quality: Any,
-    shape: Any,
-    lanes: Any,
-) -> None:
-    """Advance sensors over samples (B, N, 3).
+@compiled(**EXACT_INNER)
+def _space(n_rows: int, width: int) -> Any:
+    return (
+        (
+            np.empty((2, 3)),
+            np.empty(STATE_SIZE),
+            np.empty((n_rows - MEMORY, 1)),
+            np.empty((1, 3, 1)),
+        ),
+        np.empty((1, 3, 1)),
+        np.empty((1, 3, width)),
+        np.empty(width, np.bool_),
+        np.empty(width, np.int8),
+        np.empty((n_rows, width)),
+    )
 
-    stamps: as for `narx.kernels.clock.passed_s`. numbers and state (groups, S, W), which is changed
-    in place, are laid out as above; lanes of the last group without a sensor repeat the last one.
-    Filled: angles and stds (B, N, 3), NaN where a sample is missing; quality (B, N).
-    """
+
+@compiled(**EXACT_VIEWS)
+def _follow(
+    samples: Any, stamps: Any, numbers: Any, state: Any, angles: Any, stds: Any, quality: Any,
+    space: Any, lanes: Any,
+) -> None:  # fmt: skip
     n_sensors, n_samples = quality.shape
-    limit, width, n_memory = numbers[LIMIT], len(lanes), state.shape[1] - MEMORY
+    limit, width = numbers[LIMIT], len(lanes)
     in_step = stamps.shape[1] == 0 and numbers[INTERVAL] <= numbers[MAX_GAP]
-    tick, rates = np.empty((1, 3, 1)), np.empty((1, 3, width))
-    room = np.empty((2, 3)), np.empty(STATE_SIZE), np.empty((n_memory, 1)), np.empty((1, 3, 1))
-    regular, arrivals = np.empty(width, np.bool_), np.empty(width, np.int8)
-    kept = np.empty((state.shape[1], width))
+    room, tick, rates, regular, arrivals, kept = space
     scales, coupled = numbers[SCALES:WEIGHTS].reshape(3, 4), numbers[COUPLED] != 0.0
+    # only the lengths count
+    shape = (
+        numbers[: int(numbers[HIDDEN])],
+        numbers[:1],
+        numbers[: int(numbers[INPUT_LAGS])],
+        numbers[: int(numbers[OUTPUT_LAGS])],
+    )
     for group in range(len(state)):
         rows = state[group]
         found = rows[ANGLES:IN_START_UP].reshape(1, 3, width)
@@ -170,3 +178,26 @@ def follow(
                     stds[b, k, axis] = numbers[STDS + axis + (3 if starting else 0)]
                 if rows[PAST, lane] != 0.0:
                     turn_on(found[0, :, lane], samples[b, k], rows[PAST, lane], angles[b, k])
+
+
+@compiled(**EXACT)
+def follow_one(
+    samples: Any, stamps: Any, numbers: Any, state: Any, angles: Any, stds: Any, quality: Any
+) -> None:
+    """Advance a sensor, as `follow_many` does."""
+    space = _space(state.shape[1], len(SCALAR))
+    _follow(samples, stamps, numbers, state, angles, stds, quality, space, SCALAR)
+
+
+@compiled(**EXACT)
+def follow_many(
+    samples: Any, stamps: Any, numbers: Any, state: Any, angles: Any, stds: Any, quality: Any
+) -> None:
+    """Advance sensors over samples (B, N, 3).
+
+    stamps: as for `narx.kernels.clock.passed_s`. numbers and state (groups, S, 8), which is changed
+    in place, are laid out as above; lanes of the last group without a sensor repeat the last one.
+    Filled: angles and stds (B, N, 3), NaN where a sample is missing; quality (B, N).
+    """
+    space = _space(state.shape[1], len(VECTOR))
+    _follow(samples, stamps, numbers, state, angles, stds, quality, space, VECTOR)

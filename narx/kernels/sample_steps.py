@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from narx.kernels.compiler import INNER, JIT, compiled
+from narx.kernels.compiler import JIT, VIEWS, compiled
 from narx.kernels.functions import (
     load,
     magnitude,
@@ -23,9 +23,12 @@ RATE_OFFSET, RATE_SCALE, ANGLE_OFFSET, ANGLE_SCALE = 0, 1, 2, 3
 POSTURE, MEAN, PAST = 0, 3, 6
 
 
-@compiled(**INNER)
+@compiled(**VIEWS)
 def turned(u_s: Any, u_f: Any, u_t: Any, sagittal: Any, frontal: Any) -> Any:
-    """Rates of the angles from those of the gyroscope, as `narx.kernels.euler.angle_rates`."""
+    """Rates of the angles from those of the gyroscope, as `narx.kernels.euler.angle_rates`.
+
+    Returns them and the cosine of the frontal angle, which is limited.
+    """
     sin_s, cos_s = sine_cosine(sagittal, None)
     sin_f, cos_f = sine_cosine(frontal, None)
     size = magnitude(cos_f)
@@ -33,10 +36,10 @@ def turned(u_s: Any, u_f: Any, u_t: Any, sagittal: Any, frontal: Any) -> Any:
     least = zero + COS_FRONTAL_MIN
     cos_f = where_less(size, least, where_less(cos_f, zero, zero - least, least), cos_f)
     heading = (u_t * cos_s - u_f * sin_s) / cos_f
-    return u_s - sin_f * heading, u_f * cos_s + u_t * sin_s, heading
+    return u_s - sin_f * heading, u_f * cos_s + u_t * sin_s, heading, cos_f
 
 
-@compiled(**INNER)
+@compiled(**VIEWS)
 def start_network(
     start: Any, interval: float, scales: Any, n_past: int, deviation: Any, memory: Any
 ) -> None:
@@ -52,7 +55,7 @@ def start_network(
             memory[at + m, 0] = (followed - scale[ANGLE_OFFSET]) / scale[ANGLE_SCALE]
 
 
-@compiled(**INNER)
+@compiled(**VIEWS)
 def network_step(
     weights: Any,
     scales: Any,
@@ -80,7 +83,7 @@ def network_step(
             ahead_f = ahead_f + (ahead_f - load(lanes, memory, (at_f + 1, 0)))
         posture_s = load(lanes, memory, (POSTURE, 0))
         posture_f = load(lanes, memory, (POSTURE + 1, 0))
-        u_s, u_f, u_t = turned(
+        u_s, u_f, u_t, _ = turned(
             u_s,
             u_f,
             u_t,

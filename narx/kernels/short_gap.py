@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from narx.kernels.compiler import EXACT_INNER, compiled
+from narx.kernels.compiler import EXACT_VIEWS, compiled
 
 # over a shorter gap than this the rates are interpolated linearly
 LONGEST_BRIDGED_S = 0.35
@@ -12,7 +12,7 @@ LONGEST_BRIDGED_S = 0.35
 BRIDGED_RAD_S2 = math.radians(150.0)
 
 
-@compiled(**EXACT_INNER)
+@compiled(**EXACT_VIEWS)
 def interpolate(gap: float, interval: float, now: Any, rates: Any, past: Any, means: Any) -> None:
     """Continue past rates and angles (3, lags) to the end of a gap whose rates become linear.
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from narx.kernels.compiler import INNER, compiled
+from narx.kernels.compiler import INNER, VIEWS, compiled
 
 TILE_COLUMNS = 128  # with twenty rows of float64 a tile stays in the first-level cache
 
@@ -17,7 +17,7 @@ def aligned(n_rows: int, n_columns: int) -> Any:
     return flat[skip : skip + n_rows * n_columns].reshape(n_rows, n_columns)
 
 
-@compiled(**INNER)
+@compiled(**VIEWS)
 def copy_row(source: Any, out: Any) -> None:
     """Copy a row; numba's assignment of one array to another takes seconds to compile."""
     for i in range(len(out)):

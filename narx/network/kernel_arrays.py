@@ -305,3 +305,20 @@ def in_lanes(n: int, width: int) -> tuple[NDArray[np.int64], slice]:
     rows = -(-n // width)
     numbers = np.minimum(np.arange(rows * width), n - 1).reshape(rows, width)
     return numbers, slice(n - (rows - 1) * width, None)
+
+
+def grouped(rows: FloatArray) -> FloatArray:
+    """Arrange the rows of sequences in groups of as many as run side by side (`lanes_for`).
+
+    Parameters
+    ----------
+    rows : ndarray, shape (B, S)
+        A row for each sequence.
+
+    Returns
+    -------
+    ndarray, shape (groups, S, lanes)
+        The last group is padded with the last sequence.
+    """
+    at, _ = in_lanes(len(rows), len(lanes_for(len(rows))))
+    return rows[at].transpose(0, 2, 1).copy()

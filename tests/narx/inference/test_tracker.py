@@ -13,7 +13,7 @@ from narx.inference.checkpoint import Checkpoint, load, save
 from narx.inference.stream import Quality
 from narx.inference.tracker import PostureTracker, leak_rad_s
 from narx.inference.tracking import Tracking
-from narx.kernels import tracker as kernel
+from narx.kernels import tracker_layout as kernel
 from narx.kinematics.segment_angles import (
     angles_from_orientation,
     axis_rates,

@@ -58,6 +58,21 @@ numbers = [
 print(loops.AVAILABLE, *(f"{{float(np.abs(np.asarray(n)).sum()):.9g}}" for n in numbers))
 """
 
+# several sensors side by side, one of them with a lost sample, beside the last one alone
+SENSORS = """
+from dataclasses import replace
+from narx.inference.pretrained import pretrained
+from narx.inference.start_up import StartUp
+from narx.inference.stream import OrientationStream
+
+shipped, samples = pretrained(), rng.standard_normal((9, 12, 3))
+samples[1, 4] = np.nan
+for checkpoint in (shipped, replace(shipped, tracker=None, start_up=StartUp(duration_s=0.0))):
+    several = OrientationStream(checkpoint.method(), 100.0, n_sensors=9).update_block(samples)
+    alone = OrientationStream(checkpoint.method(), 100.0).update_block(samples[8])
+    np.testing.assert_array_equal(several.angles_rad[8], alone.angles_rad)
+"""
+
 WITHOUT = {
     "numba": "sys.modules['numba'] = None",
     "its inside": "sys.modules['narx.kernels.numba_internals'] = None",
@@ -65,9 +80,10 @@ WITHOUT = {
 }
 
 
-def run(prelude="", **environment):
+def run(prelude="", then="", **environment):
+    script = SCRIPT.format(prelude=prelude) + then
     answer = subprocess.run(
-        [sys.executable, "-c", SCRIPT.format(prelude=prelude)], capture_output=True, text=True,
+        [sys.executable, "-c", script], capture_output=True, text=True,
         cwd=ROOT, env={**os.environ, "OMP_NUM_THREADS": "1"} | environment,
     )  # fmt: skip
     assert answer.returncode == 0, answer.stderr
@@ -94,7 +110,7 @@ def test_works_without(missing, compiled):
 
 
 def test_works_with_compilation_switched_off(compiled):
-    available, numbers, messages = run(NUMBA_DISABLE_JIT="1")
+    available, numbers, messages = run(then=SENSORS, NUMBA_DISABLE_JIT="1")
     assert not available
     np.testing.assert_allclose(numbers, compiled, rtol=1e-6)
     assert messages.count("RuntimeWarning") == 1
