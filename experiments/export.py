@@ -5,7 +5,6 @@ python -m experiments.export checkpoint=PATH format=torchscript output=narx.pt
 
 from omegaconf import DictConfig
 
-from narx.errors import UserError
 from narx.experiments.command import command
 from narx.export import write
 from narx.inference.pretrained import load_or_pretrained
@@ -14,10 +13,7 @@ from narx.inference.pretrained import load_or_pretrained
 def _export(cfg: DictConfig) -> None:
     output = str(cfg.output)
     checkpoint = load_or_pretrained(cfg.checkpoint)
-    try:
-        about = write(checkpoint, output, cfg.format, cfg.precision, cfg.verify)
-    except OSError as error:
-        raise UserError(f"output: '{output}' cannot be written: {error.strerror}") from error
+    about = write(checkpoint, output, cfg.format, cfg.precision, cfg.verify)
     verified = about["verification"]
     print(
         f"{output}: {about['format']}, {about['precision']}, {about['sampling_rate_hz']:g} Hz, "

@@ -8,7 +8,7 @@ from numpy.polynomial import chebyshev, polynomial
 
 from narx.export.neurons import merged_neurons, physical_weights
 from narx.export.recurrence import refuse_own_scaling, samples_in_movement
-from narx.export.tracker_numbers import between_samples, exported_numbers
+from narx.export.tracker_numbers import between_samples, exported_numbers, upper_part
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.tracking import Tracking
 from narx.inference.washout import washout_gain
@@ -27,7 +27,7 @@ _SAME = {"double": 1e-8, "float": 1e-3}
 # ranges of the short series, each to about the accuracy of float; beyond them a longer one or the
 # library's functions
 _SHORT_SINE_LIMIT_RAD, _SINE_LIMIT_RAD, _SECANT_LIMIT_RAD = 0.45, 1.2, 0.2
-_CUBIC_TANH_LIMIT, _TANH_LIMIT = 0.03, 0.12
+_CUBIC_TANH_LIMIT, _TANH_LIMIT, _EXCESS_LIMIT = 0.03, 0.12, 0.3
 
 # single numbers of the tracker, by the template's names
 _TRACKER_NUMBERS = {
@@ -40,7 +40,6 @@ _TRACKER_NUMBERS = {
     "known_enough": kernel.KNOWN_ENOUGH,
     "turn_gain": kernel.TURN_GAIN,
     "turn_least": kernel.TURN_LEAST,
-    "span_decay": kernel.SPAN_DECAY,
     "span_share": kernel.SPAN_SHARE,
     "swing_least": kernel.SWING_LEAST,
     "idle_most": kernel.IDLE_MOST,
@@ -80,6 +79,8 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
     numbers = {
         "sampling_rate_hz": float(checkpoint.model.sampling_rate_hz),
         "interval_s": interval_s,
+        "interval_upper_s": upper_part(interval_s),
+        "interval_lower_s": interval_s - upper_part(interval_s),
         "half_interval_s": 0.5 * interval_s,
         "rate_limit_rad_s": clock.limit_rad_s,
         "force_limit_m_s2": FORCE_LIMIT_M_S2,
@@ -152,7 +153,10 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
     return {
         **{name: parameters[at] for name, at in _TRACKER_NUMBERS.items()},
         "pi": math.pi,
-        "swing_kept": 1.0 / parameters[kernel.SWING_DECAY],
+        # what is lost in a sample: a share close to one has few digits of it
+        "swing_loss": 1.0 - 1.0 / parameters[kernel.SWING_DECAY],
+        "swing_gain_s": interval_s / parameters[kernel.SWING_DECAY],
+        "span_loss": 1.0 - parameters[kernel.SPAN_DECAY],
         "per_turn_least": 1.0 / parameters[kernel.TURN_LEAST],
         "centre_loss": 1.0 - parameters[kernel.CENTRE_DECAY],
         "longest_gap_s": kernel.LONGEST_GAP_S,
@@ -189,13 +193,15 @@ def _network(
 ) -> str:
     """Write the network as a function without loops; the second layer is folded into the first.
 
-    In float with a tracker, the neuron gives its change from the latest deviation: the weight of
-    that is close to one, and its rounding, a share of the leak, would add up in the heading.
+    In float with a tracker, it gives the change from the latest deviation: the weight of that is
+    close to one, and its rounding, a share of the leak, would add up in the heading.
     """
     by_change = bool(suffix) and tracked and len(merged[2]) == 1
     past = [f"rates[{k}]" for k in range(n_past_rates)]
     past += [f"past[{k}]" for k in range(merged[0].shape[1] - 1 - n_past_rates)]
     lines = [
+        *([_tanh_excess()] if by_change else []),
+        f"#define NETWORK_BY_CHANGE {int(by_change)} /* gives the change from past[0] */",
         "/* Deviation from the posture; past rates and deviations, newest first. The scales are in",
         " * the weights, and so is the output's weight of a neuron. */",
         "static narx_real network_output(narx_real rate, const narx_real *rates,",
@@ -213,18 +219,17 @@ def _network(
             weights[1 + n_past_rates] -= 1.0
         terms = [f"{_text(w, suffix)} * {x}" for w, x in zip(weights, ["rate", *past], strict=True)]
         terms += [_text(b1 * w2, suffix)] if b1 else []
-        total, first = ("change", "past[0] + (change") if by_change else ("sum", "(sum")
+        total = "change" if by_change else "sum"
         lines += [f"    {total} = " + " +\n          ".join(terms) + ";"]
         lines += ["    sum = past[0] + change;"] if by_change else []
-        tanh = f"{_text(w2, suffix)} * hyperbolic_tangent(sum * {_text(1.0 / w2, suffix)})"
-        if suffix:
+        scaled = f"sum * {_text(1.0 / w2, suffix)}"
+        tanh = f"{_text(w2, suffix)} * hyperbolic_tangent({scaled})"
+        if by_change:
+            tanh = f"change + {_text(w2, suffix)} * tanh_excess({scaled})"
+        elif suffix:
             square = f"{_text((_CUBIC_TANH_LIMIT * w2) ** 2, suffix)}"
             third = _text(-1.0 / (3.0 * w2**2), suffix)
-            if by_change:
-                # what a cubic lacks in every sample of a turn would add up in the heading
-                third = f"({third} + sum * sum * {_text(2.0 / (15.0 * w2**4), suffix)})"
-            cubic = f"{first} + sum * (sum * sum) * {third})"
-            tanh = f"sum * sum < {square} ? {cubic}\n        : {tanh}"
+            tanh = f"sum * sum < {square} ? sum + sum * (sum * sum) * {third}\n        : {tanh}"
         lines += [f"    {assigned} {tanh};"]
         assigned = "output +="
     if merged[3] or assigned == "output =":
@@ -232,23 +237,42 @@ def _network(
     return "\n".join([*lines, "    return output;", "}", ""])
 
 
+def _tanh_excess() -> str:
+    """Write tanh(x) - x in float, to whose own digits it is accurate."""
+    excess = np.array([-1 / 3, 2 / 15, -17 / 315, 62 / 2835])
+    return "\n".join(
+        [
+            "/* tanh(x) - x, to its own digits: what it lacks would add up in the heading. */",
+            "static narx_real tanh_excess(narx_real x)",
+            "{",
+            "    const narx_real u = x * x;",
+            f"    if (u < {_text(_EXCESS_LIMIT**2, 'f')})",
+            f"        return x * u * ({_horner(excess, 'f')});",
+            "    return hyperbolic_tangent(x) - x;",
+            "}",
+            "",
+        ]
+    )
+
+
 def _series(tracked: bool, suffix: str) -> dict[str, str]:
     """Short series of u = x^2 by the template's names.
 
-    A tracker's heading adds up what is wrong with every turn. Without one, a shorter tangent does.
+    A tracker's heading adds up what is wrong with every turn. Without one, shorter series do.
     """
 
     def over(function: Any) -> Any:
         return lambda x: np.where(x == 0.0, 1.0, function(x) / np.where(x == 0.0, 1.0, x))
 
     short, long, narrow = _SHORT_SINE_LIMIT_RAD, _SINE_LIMIT_RAD, _SECANT_LIMIT_RAD
+    more = int(tracked)
     series: dict[str, FloatArray] = {
-        "sine": _even_series(over(np.sin), long, 3),
-        "cosine": _even_series(np.cos, long, 3),
-        "short_sine": _even_series(over(np.sin), short, 2),
-        "short_cosine": _even_series(np.cos, short, 2),
-        "secant": _even_series(lambda x: 1.0 / np.cos(x), narrow, 2),
-        "tangent": _even_series(over(np.tan), narrow, 2 if tracked else 1),
+        "sine": _even_series(over(np.sin), long, 3 + more),
+        "cosine": _even_series(np.cos, long, 3 + more),
+        "short_sine": _even_series(over(np.sin), short, 2 + more),
+        "short_cosine": _even_series(np.cos, short, 2 + more),
+        "secant": _even_series(lambda x: 1.0 / np.cos(x), narrow, 2 + more),
+        "tangent": _even_series(over(np.tan), narrow, 1 + 2 * more),
         "tanh": np.array([1.0, -1 / 3, 2 / 15]),
     }
     return {name: _horner(numbers, suffix) for name, numbers in series.items()}

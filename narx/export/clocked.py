@@ -6,7 +6,8 @@ tracker counts the time), and samples that
 come at other times than the network's ticks are brought there by their intervals.
 
 The state is the recurrence's, followed by the latest sample (3 or 6), 1 once there was one, the
-time since it, and the time by which it came after its tick (s).
+time since it, the time by which it came after its tick (s), and how the present sample arrived (a
+`narx.inference.stream.Quality`).
 """
 
 import torch
@@ -14,8 +15,9 @@ from torch import Tensor, nn
 
 from narx.export.recurrence import Recurrence
 from narx.export.tracked import TrackedRecurrence
+from narx.export.tracker_numbers import upper_part
 from narx.inference.checkpoint import Checkpoint
-from narx.kernels.clock import ON_TICK
+from narx.kernels.clock import AFTER_PAUSE, ARRIVED, DOUBTFUL, MISSING, ON_TICK, STARTING
 from narx.kernels.limits import FORCE_LIMIT_M_S2
 from narx.network.cell import coupled_rates
 
@@ -35,11 +37,14 @@ class ClockedRecurrence(nn.Module):
     """
 
     interval_s: Tensor
+    interval_upper_s: Tensor
+    interval_lower_s: Tensor
     max_gap_s: Tensor
     longest_pause_s: Tensor
     lost_most: Tensor
     on_tick: Tensor
     limits: Tensor
+    codes: Tensor
 
     def __init__(self, checkpoint: Checkpoint) -> None:
         super().__init__()
@@ -49,16 +54,21 @@ class ClockedRecurrence(nn.Module):
         numbers = method.clock_numbers(1.0 / checkpoint.model.sampling_rate_hz)
         self.n_inputs = 6 if method.needs_accelerometer else 3
         limits = [numbers.limit_rad_s] * 3 + [FORCE_LIMIT_M_S2] * (self.n_inputs - 3)
+        # multiples of the upper part are exact in float32, too: ticks would drift otherwise
+        upper_s = upper_part(numbers.interval_s)
         for name, value in (
             ("interval_s", numbers.interval_s),
+            ("interval_upper_s", upper_s),
+            ("interval_lower_s", numbers.interval_s - upper_s),
             ("max_gap_s", numbers.max_gap_s),
             ("longest_pause_s", numbers.longest_pause_s),
             ("lost_most", float(numbers.lost_most)),
             ("on_tick", ON_TICK),
             ("limits", limits),
+            ("codes", (ARRIVED, AFTER_PAUSE, MISSING, STARTING, DOUBTFUL)),
         ):
             self.register_buffer(name, torch.tensor(value, dtype=torch.float64))
-        self.state_size = self.recurrence.state_size + self.n_inputs + 3
+        self.state_size = self.recurrence.state_size + self.n_inputs + 4
 
     def start(self, initial_angles: Tensor, known: Tensor) -> Tensor:
         """Create the state before the first sample.
@@ -75,7 +85,7 @@ class ClockedRecurrence(nn.Module):
         Tensor, shape (..., state_size)
             State.
         """
-        clock = torch.cat([torch.zeros_like(known)] * (self.n_inputs + 3), dim=-1)
+        clock = torch.cat([torch.zeros_like(known)] * (self.n_inputs + 4), dim=-1)
         return torch.cat([self.recurrence.start(initial_angles, known), clock], dim=-1)
 
     def arrive(
@@ -105,12 +115,13 @@ class ClockedRecurrence(nn.Module):
             How far two ticks are apart, in the same shares.
         lost_s : Tensor, shape (..., 1)
             Time of a gap that the recurrence is given before it advances, s.
-        clock : Tensor, shape (..., n_inputs + 3)
+        clock : Tensor, shape (..., n_inputs + 4)
             The clock's state afterwards.
         """
         clock, latest_at = state[..., self.recurrence.state_size :], self.n_inputs
         latest, seen = clock[..., :latest_at], clock[..., latest_at : latest_at + 1]
-        before, late = clock[..., latest_at + 1 : latest_at + 2], clock[..., latest_at + 2 :]
+        before = clock[..., latest_at + 1 : latest_at + 2]
+        late = clock[..., latest_at + 2 : latest_at + 3]
         timely = interval_s > 0.0
         there = (torch.abs(inputs) <= self.limits).all(-1, keepdim=True) & timely
         passed = torch.where(timely, interval_s, torch.zeros_like(interval_s))
@@ -118,7 +129,7 @@ class ClockedRecurrence(nn.Module):
         paused = (seen == 0.0) | (since > self.max_gap_s * (1.0 + self.on_tick))
         elapsed = late + since
         due = torch.floor(elapsed / self.interval_s + self.on_tick)
-        rest = elapsed - due * self.interval_s
+        rest = (elapsed - due * self.interval_upper_s) - due * self.interval_lower_s
         rest = torch.where(rest < self.on_tick * self.interval_s, torch.zeros_like(rest), rest)
         rest = torch.where(paused, torch.zeros_like(rest), rest)
         due = torch.where(paused, torch.ones_like(due), due)
@@ -129,18 +140,36 @@ class ClockedRecurrence(nn.Module):
         lost = torch.minimum(torch.maximum(lost, torch.zeros_like(lost)), self.lost_most)
         lost = torch.where(paused & there, lost, torch.zeros_like(lost))
         flag = there.to(state.dtype)
+        arrived = torch.where(paused & (seen > 0.0), self.codes[1], self.codes[0])
         after = torch.cat(
             [
                 torch.where(there, inputs, latest),
                 torch.maximum(seen, flag),
                 torch.where(there, torch.zeros_like(since), since),
                 torch.where(there, rest, late),
+                torch.where(there, arrived, self.codes[2]),
             ],
             dim=-1,
         )
         return (
             flag, flag * due, rest * share, self.interval_s * share, lost * self.interval_s, after
         )  # fmt: skip
+
+    def most(self, ticks: Tensor) -> Tensor:
+        """Give the number of ticks of the sensor with most of them.
+
+        Parameters
+        ----------
+        ticks : Tensor, shape (..., 1)
+            From `arrive`.
+
+        Returns
+        -------
+        Tensor, shape ()
+            0 without a sensor.
+        """
+        none = torch.zeros([1], dtype=ticks.dtype, device=ticks.device)
+        return torch.cat([ticks.reshape([-1]), none]).max()
 
     def lose(self, lost_s: Tensor, state: Tensor) -> Tensor:
         """Give the recurrence the time of a gap.
@@ -215,8 +244,45 @@ class ClockedRecurrence(nn.Module):
             State for the next sample.
         """
         at_tick = self.recurrence.angles(state[..., : self.recurrence.state_size])
-        late = clock[..., self.n_inputs + 2 :]
+        late = clock[..., self.n_inputs + 2 : self.n_inputs + 3]
         angles = at_tick + late * coupled_rates(clock[..., 0:3], at_tick)
         nothing = torch.full_like(angles, float("nan"))
         after = torch.cat([state[..., : self.recurrence.state_size], clock], dim=-1)
         return torch.where(there > 0.0, angles, nothing), after
+
+    def quality(self, state: Tensor) -> Tensor:
+        """Tell what the latest angles are worth.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State after a sample.
+
+        Returns
+        -------
+        Tensor of int8, shape (...)
+            A `narx.inference.stream.Quality`.
+        """
+        recurrence = state[..., : self.recurrence.state_size]
+        arrived = state[..., -1:]
+        doubtful = torch.where(self.recurrence.doubtful(recurrence), self.codes[4], self.codes[0])
+        regular = torch.where(self.recurrence.by_network(recurrence), doubtful, self.codes[3])
+        quality = torch.where(arrived == self.codes[0], regular, arrived)
+        return quality.squeeze(-1).to(torch.int8)
+
+    def standard_deviation(self, state: Tensor) -> Tensor:
+        """Give the standard deviations of the latest angles.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State after a sample.
+
+        Returns
+        -------
+        Tensor, shape (..., 3)
+            rad; NaN where the sample is missing, or the network has none.
+        """
+        deviations = self.recurrence.deviations(state[..., : self.recurrence.state_size])
+        missing = state[..., -1:] == self.codes[2]
+        return torch.where(missing, torch.full_like(deviations, float("nan")), deviations)

@@ -102,3 +102,31 @@ static void propagate(narx_state *s, const change_type *change, narx_real loss)
         }
     }
 }
+
+/* Factor on the standard deviation for motion that does not resemble the swing of a leg, which is
+ * faster forward than backward. */
+static narx_real std_growth(const narx_state *state)
+{
+    const narx_real skewness = state->cube / (state->square * sqrt${f}(state->square));
+    const narx_real lacking = skewness < LEG_SKEWNESS ? 1 - skewness / LEG_SKEWNESS : 0;
+    const narx_real growth = 1 + STD_GROWTH * lacking;
+    return growth < MOST_GROWTH ? growth : MOST_GROWTH;
+}
+
+void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
+{
+    const narx_real growth = std_growth(state);
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        const narx_real *const relative = state->covariance[axis];
+        const narx_real *const posture = state->covariance[CENTRE + axis];
+        const narx_real variance =
+            relative[axis] + 2 * relative[CENTRE + axis] + posture[CENTRE + axis];
+        deviation[axis] = variance > 0 ? growth * STD_SCALE[axis] * sqrt${f}(variance) : 0;
+    }
+}
+
+static int is_doubtful(const narx_state *state)
+{
+    return std_growth(state) > DOUBTFUL_GROWTH;
+}

@@ -14,7 +14,7 @@ from narx.inference.checkpoint import Checkpoint
 # (axis_rates (B, N, C), interval_s (B, N), state (B, S)) -> angles (B, N, 3)
 GraphRunner = Callable[[Tensor, Tensor, Tensor], Tensor]
 INPUTS = ("axis_rates", "interval_s", "state")
-OUTPUTS = ("angles", "new_state")
+OUTPUTS = ("angles", "new_state", "std_rad", "quality")
 
 
 class SequenceGraph(nn.Module):
@@ -32,7 +32,7 @@ class SequenceGraph(nn.Module):
 
     def forward(
         self, axis_rates: Tensor, interval_s: Tensor, state: Tensor
-    ) -> tuple[Tensor, Tensor]:
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Advance by N samples.
 
         Parameters
@@ -51,10 +51,15 @@ class SequenceGraph(nn.Module):
             Sagittal, frontal and transverse angle, rad; NaN where the sample is missing.
         new_state : Tensor, shape (B, state_size)
             State for the next call.
+        std_rad : Tensor, shape (B, N, 3)
+            Standard deviations of the angles, rad; NaN where the sample is missing, or the network
+            has none.
+        quality : Tensor of int8, shape (B, N)
+            A `narx.inference.stream.Quality`.
         """
         buffers = tuple(self.clocked.buffers())
 
-        def sample(state: Tensor, arriving: Tensor, *buffers: Tensor) -> tuple[Tensor, Tensor]:
+        def sample(state: Tensor, arriving: Tensor, *buffers: Tensor) -> tuple[Tensor, ...]:
             # the operators of higher order want no two of their inputs in one memory
             inputs = arriving[..., :-1].clone()
             there, ticks, back, apart, lost, clock = self._call(
@@ -66,10 +71,11 @@ class SequenceGraph(nn.Module):
             begun: Any = (first, state)
             _, state = while_loop_op(due, tick, begun, constant)
             angles, state = self._call("depart", buffers, there, clock, state)
-            return state, angles
+            std_rad = self._call("standard_deviation", buffers, state)
+            return state, angles, std_rad, self._call("quality", buffers, state)
 
         def due(number: Tensor, state: Tensor, ticks: Tensor, *_: Tensor) -> Tensor:
-            return number <= ticks.max()
+            return number <= self.clocked.most(ticks)
 
         def tick(number: Tensor, state: Tensor, *constant: Tensor) -> tuple[Tensor, Tensor]:
             moved = self._call("tick", constant[4:], number, *constant[:4], state)
@@ -77,8 +83,9 @@ class SequenceGraph(nn.Module):
 
         arriving = torch.cat([axis_rates, interval_s.unsqueeze(-1)], dim=-1).transpose(0, 1)
         # the operators themselves: the functions `scan` and `while_loop` trace everything twice
-        state, angles = scan_op(sample, [state], [arriving], additional_inputs=buffers)
-        return angles.transpose(0, 1), state
+        state, *outputs = scan_op(sample, [state], [arriving], additional_inputs=buffers)
+        angles, std_rad, quality = (output.transpose(0, 1) for output in outputs)
+        return angles, state, std_rad, quality
 
     def _call(self, name: str, buffers: tuple[Tensor, ...], *arguments: Tensor) -> Any:
         """Call a method of the recurrence with its buffers as inputs of an operator."""

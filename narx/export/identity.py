@@ -19,6 +19,7 @@ from narx.method import RATE_LIMIT_RAD_S, longest_gap_s
 PACKAGE_NAME = "narx-orientation"
 # pattern of the identity in a C header
 _DEFINITION = re.compile(r'^#define NARX_IDENTITY ("(?:[^"\\]|\\.)*")$', re.MULTILINE)
+_UNREADABLE = ValueError, KeyError, OSError, StopIteration, RecursionError, zipfile.BadZipFile
 _NOTHING: tuple[None, None, None] = (None, None, None)
 
 
@@ -111,7 +112,7 @@ def read_identity(path: str | Path) -> dict[str, Any]:
     try:
         text = _text_of(file)
         content = json.loads(text)
-    except (ValueError, KeyError, OSError, StopIteration, zipfile.BadZipFile) as error:
+    except _UNREADABLE as error:
         raise UserError(f"export: '{path}' was not written by narx.export.write") from error
     if not isinstance(content, dict) or content.get("package") != PACKAGE_NAME:
         raise UserError(f"export: '{path}' is the export of another program")

@@ -21,7 +21,9 @@ _ARRIVE = ("inputs", "elapsed_s", "old_state"), (
     "there", "ticks", "back", "apart", "clock", "begun", "n_ticks",
 )  # fmt: skip
 _TICK = ("number", "ticks", "back", "apart", "inputs", "before"), ("after",)
-_DEPART = ("there", "clock", "advanced"), ("next_state", "angles_of_sample")
+_DEPART = ("there", "clock", "advanced"), (
+    "next_state", "angles_of_sample", "std_of_sample", "quality_of_sample",
+)  # fmt: skip
 
 
 class _Arrive(nn.Module):
@@ -32,7 +34,7 @@ class _Arrive(nn.Module):
     def forward(self, inputs: Tensor, interval_s: Tensor, state: Tensor) -> tuple[Tensor, ...]:
         there, ticks, back, apart, lost, clock = self.clocked.arrive(inputs, interval_s, state)
         state = self.clocked.lose(lost, state)
-        return there, ticks, back, apart, clock, state, ticks.max().to(torch.int64)
+        return there, ticks, back, apart, clock, state, self.clocked.most(ticks).to(torch.int64)
 
 
 class _Tick(nn.Module):
@@ -50,9 +52,9 @@ class _Depart(nn.Module):
         super().__init__()
         self.clocked = clocked
 
-    def forward(self, there: Tensor, clock: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(self, there: Tensor, clock: Tensor, state: Tensor) -> tuple[Tensor, ...]:
         angles, state = self.clocked.depart(there, clock, state)
-        return state, angles
+        return state, angles, self.clocked.standard_deviation(state), self.clocked.quality(state)
 
 
 def assembled(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
@@ -78,7 +80,7 @@ def assembled(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
     size, columns = clocked.state_size, clocked.n_inputs
     # one tensor for two inputs would be one input
     column, other, another, inputs, state, clock = (
-        torch.zeros(2, width, dtype=dtype) for width in (1, 1, 1, columns, size, columns + 3)
+        torch.zeros(2, width, dtype=dtype) for width in (1, 1, 1, columns, size, columns + 4)
     )
     number = torch.zeros((), dtype=torch.int64)
     arrive = _translated(_Arrive(clocked), (inputs, column, state), _ARRIVE)
@@ -110,18 +112,26 @@ def assembled(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
             value("inputs", "sensors", columns),
             value("elapsed_s", "sensors", 1),
         ],
-        [value("next_state", "sensors", size), value("angles_of_sample", "sensors", 3)],
+        [
+            value("next_state", "sensors", size),
+            value("angles_of_sample", "sensors", 3),
+            value("std_of_sample", "sensors", 3),
+            value("quality_of_sample", "sensors", kind=TensorProto.INT8),
+        ],
     )
     rates, interval_s, begin = INPUTS
-    angles, end = OUTPUTS
+    angles, end, std_rad, quality = OUTPUTS
+    by_sample = [f"{name}_by_sample" for name in (angles, std_rad, quality)]
     samples_first = [
         helper.make_node("Transpose", [rates], ["samples"], perm=[1, 0, 2]),
         helper.make_node("Transpose", [interval_s], ["intervals"], perm=[1, 0]),
         helper.make_node("Unsqueeze", ["intervals", "last_axis"], ["columns"]),
         helper.make_node(
-            "Scan", [begin, "samples", "columns"], [end, "by_sample"], body=scan, num_scan_inputs=2
+            "Scan", [begin, "samples", "columns"], [end, *by_sample], body=scan, num_scan_inputs=2
         ),
-        helper.make_node("Transpose", ["by_sample"], [angles], perm=[1, 0, 2]),
+        helper.make_node("Transpose", by_sample[:1], [angles], perm=[1, 0, 2]),
+        helper.make_node("Transpose", by_sample[1:2], [std_rad], perm=[1, 0, 2]),
+        helper.make_node("Transpose", by_sample[2:], [quality], perm=[1, 0]),
     ]
     last_axis = helper.make_tensor("last_axis", TensorProto.INT64, [1], [-1])
     constants = [c for part in (arrive, tick, depart) for c in part.graph.initializer]
@@ -133,7 +143,12 @@ def assembled(checkpoint: Checkpoint, dtype: torch.dtype) -> bytes:
             value(interval_s, "sensors", "samples"),
             value(begin, "sensors", size),
         ],
-        [value(angles, "sensors", "samples", 3), value(end, "sensors", size)],
+        [
+            value(angles, "sensors", "samples", 3),
+            value(end, "sensors", size),
+            value(std_rad, "sensors", "samples", 3),
+            value(quality, "sensors", "samples", kind=TensorProto.INT8),
+        ],
         initializer=[last_axis, *constants],
     )
     model = helper.make_model(graph, opset_imports=tick.opset_import, ir_version=tick.ir_version)

@@ -20,7 +20,8 @@ indices  content
 13       1 if the start pose is known, otherwise 0
 14-16    posture: angle about which the network swings, rad
 17-19    slow mean of the network's deviation from it, which is subtracted, rad
-20-      the network's past inputs and outputs, normalised, axis by axis
+20       1 if the network gave the angles, 0 if the start-up did
+21-      the network's past inputs and outputs, normalised, axis by axis
 ======== ==================================================================
 
 Indices 3 to 16 no longer change once the network has taken over. The network's part is updated
@@ -40,8 +41,9 @@ from narx.inference.start_up import StartUp
 from narx.inference.washout import washout_gain
 from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S, STATE_SIZE
 from narx.network.cell import coupled_rates
+from narx.types import FloatArray
 
-_NETWORK = STATE_SIZE + 6
+_NETWORK = STATE_SIZE + 7
 
 
 def samples_in_movement(start_up: StartUp, interval_s: float) -> int:
@@ -84,6 +86,23 @@ def refuse_own_scaling(checkpoint: Checkpoint) -> None:
         )
 
 
+def known_stds_rad(checkpoint: Checkpoint) -> FloatArray:
+    """Return the standard deviations of a network without a tracker.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        Network to export.
+
+    Returns
+    -------
+    ndarray, shape (2, 3)
+        After and during the start-up, rad; NaN where not known.
+    """
+    stds_rad = checkpoint.method().stds_rad()
+    return np.full((2, 3), np.nan) if stds_rad is None else stds_rad
+
+
 class Recurrence(nn.Module):
     """A trained network with its start-up, scriptable and traceable, without a branch.
 
@@ -114,6 +133,7 @@ class Recurrence(nn.Module):
     movement_square: Tensor
     pi: Tensor
     washout_gain: Tensor
+    stds_rad: Tensor
 
     def __init__(self, checkpoint: Checkpoint) -> None:
         super().__init__()
@@ -135,6 +155,7 @@ class Recurrence(nn.Module):
             ("movement_square", MOVEMENT_RAD_S**2),
             ("pi", math.pi),
             ("washout_gain", washout_gain(checkpoint.washout_s, interval_s)),
+            ("stds_rad", known_stds_rad(checkpoint)),
         ):
             self.register_buffer(name, torch.tensor(value, dtype=torch.float64))
         self.input_lags = model.structure.input_lags
@@ -193,6 +214,51 @@ class Recurrence(nn.Module):
             rad.
         """
         return state[..., 0:3]
+
+    def deviations(self, state: Tensor) -> Tensor:
+        """Give the standard deviations of the latest angles.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor, shape (..., 3)
+            rad; NaN where the checkpoint has none.
+        """
+        return torch.where(self.by_network(state), self.stds_rad[0], self.stds_rad[1])
+
+    def by_network(self, state: Tensor) -> Tensor:
+        """Tell whether the network gave the latest angles.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor of bool, shape (..., 1)
+            False during the start-up.
+        """
+        return state[..., 20:21] > 0.0
+
+    def doubtful(self, state: Tensor) -> Tensor:
+        """Tell whether the motion is doubtful, which only a tracker recognises.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor of bool, shape (..., 1)
+            False.
+        """
+        return torch.zeros_like(state[..., 0:1]) > 0.0
 
     def lose(self, lost_s: Tensor, state: Tensor) -> Tensor:
         """Take no notice of time of which nothing is known: the recurrence pauses.
@@ -265,14 +331,18 @@ class Recurrence(nn.Module):
         return torch.cat(
             [
                 angles, rates, posture_sum, posture_weight, samples, moving, mean_square, known,
-                posture, state[..., 17:20], torch.stack(network, dim=-1).flatten(-2),
+                posture, state[..., 17:20], torch.zeros_like(known),
+                torch.stack(network, dim=-1).flatten(-2),
             ],
             dim=-1,
         )  # fmt: skip
 
     def _network_step(self, axis_rates: Tensor, state: Tensor) -> Tensor:
         posture, mean = state[..., 14:17], state[..., 17:20]
-        past = state[..., 20:].unflatten(-1, [3, -1])
+        past = state[..., 21:].unflatten(-1, [3, -1])
         angles, network = self.cell(axis_rates, past, posture)
         mean = mean + self.washout_gain * (angles - posture - mean)
-        return torch.cat([angles - mean, state[..., 3:17], mean, network.flatten(-2)], dim=-1)
+        by_network = torch.ones_like(state[..., 20:21])
+        return torch.cat(
+            [angles - mean, state[..., 3:17], mean, by_network, network.flatten(-2)], dim=-1
+        )

@@ -116,6 +116,7 @@ static void network_step(narx_state *state, const narx_real axis_rates[3])
 
 static void advance(narx_state *state, const narx_real axis_rates[3])
 {
+    state->by_network = state->moving_left == 0;
     if (state->moving_left > 0)
         start_up_step(state, axis_rates);
     else
@@ -129,4 +130,11 @@ static void begin(narx_state *state, const narx_real *initial_angles)
 #if NARX_MOVING_SAMPLES == 0
     memset(state->angles, 0, sizeof state->angles); /* the network starts from zero */
 #endif
+}
+
+/* Only a tracker recognises doubtful motion. */
+static int is_doubtful(const narx_state *state)
+{
+    (void)state;
+    return 0;
 }

@@ -21,8 +21,9 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define TURN_GAIN ${turn_gain}
 #define TURN_LEAST ${turn_least}
 #define PER_TURN_LEAST ${per_turn_least}
-#define SWING_KEPT ${swing_kept}
-#define SPAN_DECAY ${span_decay}
+#define SWING_GAIN_S ${swing_gain_s}
+#define SWING_LOSS ${swing_loss}
+#define SPAN_LOSS ${span_loss}
 #define SPAN_SHARE ${span_share}
 #define SWING_LEAST ${swing_least}
 #define SHORTEST_SWING_S ${shortest_swing_s}
@@ -66,7 +67,8 @@ static narx_real network(const narx_state *s, int axis, narx_real rate, narx_rea
     int k;
     for (k = 0; k < NARX_PAST_ANGLES; k++)
         past[k] = s->past[axis][k] - about;
-    return about + network_output(rate, s->rates[axis], past);
+    return (NETWORK_BY_CHANGE ? s->past[axis][0] : about) +
+           network_output(rate, s->rates[axis], past);
 }
 
 /* Propagates the angles over one sample; returns the turn rate. */
@@ -97,10 +99,10 @@ static narx_real carry(narx_state *s, const narx_real own[3], narx_real *secant)
 static int swing_ends(narx_state *s, narx_real own_sagittal)
 {
     narx_real least;
-    s->swing = (s->swing + INTERVAL_S * own_sagittal) * SWING_KEPT;
+    s->swing += SWING_GAIN_S * own_sagittal - SWING_LOSS * s->swing;
     s->high = s->swing > s->high ? s->swing : s->high;
     s->low = s->swing < s->low ? s->swing : s->low;
-    s->span *= SPAN_DECAY;
+    s->span -= SPAN_LOSS * s->span;
     least = SPAN_SHARE * s->span > SWING_LEAST ? SPAN_SHARE * s->span : SWING_LEAST;
     if (!s->rising && s->swing - s->low > least) {
         s->rising = 1;
@@ -167,11 +169,11 @@ static void shift_heading(narx_state *s, narx_real step)
     s->heading += step;
 }
 
-/* Subtracts a small share of the value; the rounding error is kept for the next call. */
-static void lose_share(narx_real *value, narx_real *lower, narx_real share)
+/* Adds a small change to the value; the rounding error is kept for the next call. */
+static void add_small(narx_real *value, narx_real *lower, narx_real change)
 {
-    const narx_real change = *lower - *value * share, sum = *value + change;
-    *lower = change - (sum - *value);
+    const narx_real whole = *lower + change, sum = *value + whole;
+    *lower = whole - (sum - *value);
     *value = sum;
 }
 
@@ -224,7 +226,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
 {
     const narx_real loss = s->known ? 0 : CENTRE_LOSS;
     narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, secant, turn, turned;
-    narx_real leak, coupling, noise;
+    narx_real leak, coupling, noise, posture[2];
     change_type change;
     const int bridged = s->missing_s > 0 && s->missing_s < LONGEST_BRIDGED_S;
     int axis, k;
@@ -272,7 +274,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
         put(&change, axis, BIAS + axis, -INTERVAL_S);
     }
     for (axis = 0; axis < 2; axis++)
-        lose_share(&s->x[CENTRE + axis], &s->lower[axis], loss);
+        add_small(&s->x[CENTRE + axis], &s->lower[axis], -loss * s->x[CENTRE + axis]);
     for (k = 0; k <= CENTRE; k += CENTRE) {
         put(&change, 0, k + 1, -coupling);
         put(&change, 1, k, coupling);
@@ -298,14 +300,21 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
         put(&change, 4, VELOCITY, -INTERVAL_S * turn);
     }
 #endif
+    for (axis = 0; axis < 2; axis++)
+        posture[axis] = s->covariance[CENTRE + axis][CENTRE + axis];
     propagate(s, &change, loss);
     noise = s->known ? 0 : CENTRE_NOISE;
     for (axis = 0; axis < 3; axis++) {
         s->covariance[axis][axis] += ANGLE_NOISE + RATE_NOISE * rates * squared(secant);
         s->covariance[BIAS + axis][BIAS + axis] += BIAS_NOISE;
     }
-    for (axis = 0; axis < 2; axis++)
+    for (axis = 0; axis < 2; axis++) {
         widen_posture(s, axis, noise);
+        /* it crosses KNOWN_ENOUGH slowly: rounding would change the sample at which it does */
+        s->covariance[CENTRE + axis][CENTRE + axis] = posture[axis];
+        add_small(&s->covariance[CENTRE + axis][CENTRE + axis], &s->lower[2 + axis],
+                  noise - loss * (2 - loss) * posture[axis]);
+    }
     for (k = VELOCITY; k < N; k++)
         s->covariance[k][k] += VELOCITY_NOISE;
     if (s->scatter < REST_LEAST && means < MOST_BIAS_SQUARE)
@@ -366,32 +375,4 @@ static void begin(narx_state *state, const narx_real *initial_angles)
     state->idle_s = IDLE_MOST_S;
     /* the swing in which a recording begins is not complete */
     state->swing_s = LONGEST_SWING_S;
-}
-
-/* Factor on the standard deviation for motion that does not resemble the swing of a leg, which is
- * faster forward than backward. */
-static narx_real std_growth(const narx_state *state)
-{
-    const narx_real skewness = state->cube / (state->square * sqrt${f}(state->square));
-    const narx_real lacking = skewness < LEG_SKEWNESS ? 1 - skewness / LEG_SKEWNESS : 0;
-    const narx_real growth = 1 + STD_GROWTH * lacking;
-    return growth < MOST_GROWTH ? growth : MOST_GROWTH;
-}
-
-void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
-{
-    const narx_real growth = std_growth(state);
-    int axis;
-    for (axis = 0; axis < 3; axis++) {
-        const narx_real *const relative = state->covariance[axis];
-        const narx_real *const posture = state->covariance[CENTRE + axis];
-        const narx_real variance =
-            relative[axis] + 2 * relative[CENTRE + axis] + posture[CENTRE + axis];
-        deviation[axis] = variance > 0 ? growth * STD_SCALE[axis] * sqrt${f}(variance) : 0;
-    }
-}
-
-int narx_is_doubtful(const narx_state *state)
-{
-    return std_growth(state) > DOUBTFUL_GROWTH;
 }

@@ -4,7 +4,7 @@
     narx_real x[NARX_STATES]; /* angles, posture, bias (3 each), lean, velocity (aided: 2) */
     narx_real covariance[NARX_STATES][NARX_STATES];
     narx_real heading;                            /* total of the steps subtracted from x[2] */
-    narx_real lower[2];                           /* rounding errors of the posture in x */
+    narx_real lower[4];                           /* rounding errors: posture, its variance */
     narx_real turn;                               /* turn rate, averaged over half a second */
     narx_real swing, high, low, span;             /* angle of the leg, turning points, range */
     narx_real swing_s, idle_s, period_s;          /* this swing, time since one, last swing */
@@ -15,4 +15,3 @@
     narx_real rates[3][NARX_PAST_RATES];          /* of the angles, newest first */
     narx_real past[3][NARX_PAST_ANGLES];          /* angles, newest first */
     unsigned char rising;
-    unsigned char by_network;                     /* whether the network propagates the angles */

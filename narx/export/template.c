@@ -5,6 +5,8 @@
 #include <string.h>
 
 #define INTERVAL_S ${interval_s}
+#define INTERVAL_UPPER_S ${interval_upper_s} /* its multiples are exact: ticks do not drift */
+#define INTERVAL_LOWER_S ${interval_lower_s}
 #define HALF_INTERVAL_S ${half_interval_s}
 #define HALF 0.5${f}
 #define LONGEST_PAUSE_S ${longest_pause_s} /* longer pauses count as this one */
@@ -115,13 +117,14 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
     if (!(interval_s > 0) || !usable(inputs)) {
         angles[0] = angles[1] = angles[2] = NAN;
         state->on_tick = 0;
+        state->arrived = NARX_MISSING;
         return;
     }
     paused = !state->seen || state->since_s > NARX_MAX_GAP_S * (1 + ON_TICK);
     if (!paused) {
         const narx_real elapsed = state->past_s + state->since_s;
         due = (int)(elapsed * NARX_SAMPLING_RATE_HZ + ON_TICK);
-        rest = elapsed - (narx_real)due * INTERVAL_S;
+        rest = elapsed - (narx_real)due * INTERVAL_UPPER_S - (narx_real)due * INTERVAL_LOWER_S;
         if (rest < ON_TICK * INTERVAL_S)
             rest = 0;
     }
@@ -141,6 +144,7 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
         advance(state, tick);
     }
     memcpy(state->latest, inputs, sizeof state->latest);
+    state->arrived = paused && state->seen ? NARX_AFTER_PAUSE : NARX_GOOD;
     state->seen = 1;
     state->since_s = 0;
     state->past_s = rest;
@@ -161,6 +165,16 @@ void narx_step(narx_state *state, const narx_real inputs[NARX_INPUTS], narx_real
         return;
     }
     advance(state, inputs);
+    state->arrived = NARX_GOOD;
     memcpy(state->latest, inputs, sizeof state->latest);
     memcpy(angles, state->angles, sizeof state->angles);
+}
+
+int narx_quality(const narx_state *state)
+{
+    if (state->arrived != NARX_GOOD)
+        return state->arrived;
+    if (!state->by_network)
+        return NARX_STARTING;
+    return is_doubtful(state) ? NARX_DOUBTFUL : NARX_GOOD;
 }

@@ -45,6 +45,8 @@ typedef struct {
     unsigned char known;           /* whether the start pose was given */
     unsigned char seen;            /* whether there has been a sample */
     unsigned char on_tick;         /* whether the latest one was on its tick */
+    unsigned char arrived;         /* its quality, apart from that of the method */
+    unsigned char by_network;      /* whether the network gave the angles */
 ${fields}} narx_state;
 
 /* initial_angles: start pose, zero when standing upright; NULL if it is unknown. */
@@ -60,13 +62,15 @@ void narx_step(narx_state *state, const narx_real inputs[NARX_INPUTS], narx_real
 void narx_step_after(narx_state *state, narx_real interval_s, const narx_real inputs[NARX_INPUTS],
                      narx_real angles[3]);
 
-#if NARX_TRACKED
-/* Standard deviations of the latest angles, rad. */
-void narx_standard_deviation(const narx_state *state, narx_real deviation[3]);
+/* Quality of the latest angles: regular; the first sample after a gap that was not interpolated; no
+ * usable sample; start-up or no walking, so that the rates are integrated; with a tracker, motion
+ * that does not resemble the swing of a leg. */
+enum { NARX_GOOD, NARX_AFTER_PAUSE, NARX_MISSING, NARX_STARTING, NARX_DOUBTFUL };
+int narx_quality(const narx_state *state);
 
-/* Whether the motion does not resemble the swing of a leg; the standard deviations are then more
- * than doubled. */
-int narx_is_doubtful(const narx_state *state);
+#if NARX_TRACKED
+/* Standard deviations of the latest angles, rad; larger where the motion is doubtful. */
+void narx_standard_deviation(const narx_state *state, narx_real deviation[3]);
 #endif
 
 #ifdef __cplusplus

@@ -58,6 +58,11 @@ class ScriptedNarx(nn.Module):
         -------
         Tensor, shape (..., state_size)
             State for `step`.
+
+        Raises
+        ------
+        ValueError
+            If the start pose is not three finite angles.
         """
         like = self.clocked.interval_s
         lead: list[int] = []
@@ -68,6 +73,8 @@ class ScriptedNarx(nn.Module):
         known = torch.zeros(lead, dtype=like.dtype, device=like.device).unsqueeze(-1)
         angles = torch.cat([known] * 3, dim=-1)
         if initial_angles is not None:
+            if initial_angles.size(-1) != 3 or not bool(torch.isfinite(initial_angles).all()):
+                raise ValueError("initial_angles: expected three finite angles in rad")
             angles = angles + initial_angles.to(dtype=like.dtype, device=like.device)
             known = known + 1.0
         return self.clocked.start(angles, known)
@@ -94,7 +101,17 @@ class ScriptedNarx(nn.Module):
             Sagittal, frontal and transverse angle, rad; NaN where the sample is missing.
         state : Tensor, shape (..., state_size)
             State for the next sample.
+
+        Raises
+        ------
+        ValueError
+            If a shape is wrong.
         """
+        if inputs.size(-1) != self.n_inputs or state.size(-1) != self.state_size:
+            raise ValueError(
+                f"inputs have {inputs.size(-1)} columns and the state {state.size(-1)}, expected "
+                f"{self.n_inputs} and {self.state_size}"
+            )
         samples = inputs.to(state.dtype)
         intervals = torch.zeros_like(state[..., 0:1]) + self.clocked.interval_s
         if interval_s is not None:
@@ -102,10 +119,43 @@ class ScriptedNarx(nn.Module):
         there, ticks, back, apart, lost, clock = self.clocked.arrive(samples, intervals, state)
         state = self.clocked.lose(lost, state)
         number = torch.ones_like(self.clocked.interval_s)
-        for _ in range(int(ticks.max())):
+        for _ in range(int(self.clocked.most(ticks))):
             state = self.clocked.tick(number, ticks, back, apart, samples, state)
             number = number + 1.0
         return self.clocked.depart(there, clock, state)
+
+    @torch.jit.export
+    def standard_deviation(self, state: Tensor) -> Tensor:
+        """Give the standard deviations of the latest angles.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            From `step`.
+
+        Returns
+        -------
+        Tensor, shape (..., 3)
+            rad; NaN where the sample is missing, or the network has none.
+        """
+        return self.clocked.standard_deviation(state)
+
+    @torch.jit.export
+    def quality(self, state: Tensor) -> Tensor:
+        """Tell what the latest angles are worth.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            From `step`.
+
+        Returns
+        -------
+        Tensor of int8, shape (...)
+            0 good, 1 after a pause, 2 missing, 3 starting, 4 doubtful, as
+            `narx.inference.stream.Quality`.
+        """
+        return self.clocked.quality(state)
 
     def forward(
         self,
@@ -128,7 +178,20 @@ class ScriptedNarx(nn.Module):
         -------
         Tensor, shape (..., N, 3)
             Angles, rad.
+
+        Raises
+        ------
+        ValueError
+            If a shape is wrong.
         """
+        if inputs.dim() < 2 or inputs.size(-1) != self.n_inputs:
+            raise ValueError(
+                f"inputs have the shape {inputs.shape}, expected (..., N, {self.n_inputs})"
+            )
+        if interval_s is not None and interval_s.shape != inputs.shape[:-1]:
+            raise ValueError(
+                f"interval_s has the shape {interval_s.shape}, expected {inputs.shape[:-1]}"
+            )
         state = self.start(initial_angles, list(inputs.shape[:-2]))
         angles = torch.zeros_like(inputs[..., :3], dtype=state.dtype, device=state.device)
         for k in range(inputs.shape[-2]):

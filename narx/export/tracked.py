@@ -41,21 +41,22 @@ class TrackedRecurrence(TrackedState):
         return x + absolute * residual.unsqueeze(-1), moved
 
     def _network(self, rates: Tensor, past: Tensor, about: Tensor) -> Tensor:
-        """Angles (..., 3) of the network about a posture; rates (..., 3, lags), newest first."""
-        scaled = torch.cat(
-            [
-                rates / self.p[kernel.RATE_SCALE],
-                (past - about.unsqueeze(-1)) / self.p[kernel.ANGLE_SCALE],
-            ],
-            dim=-1,
-        )
-        width = self.n_past + 1 + self.n_outputs
-        split = self.hidden * width
-        first = self.weights[:split].view(self.hidden, width)
-        bias = self.weights[split : split + self.hidden]
-        second = self.weights[split + self.hidden : split + 2 * self.hidden]
-        output = torch.tanh(scaled @ first.t() + bias) @ second + self.weights[-1]
-        return output * self.p[kernel.ANGLE_SCALE] + about
+        """Angles (..., 3) of the network about a posture; rates (..., 3, lags), newest first.
+
+        Computed as a change of the latest angles: the network's weight of these is close to one,
+        and its rounding, a share of the leak, would add up in the heading.
+        """
+        features = torch.cat([rates, past - about.unsqueeze(-1)], dim=-1)
+        sums = features @ self.first_layer.t() + self.first_bias
+        square = sums * sums
+        series = torch.zeros_like(square)
+        for k in range(self.n_series - 1, -1, -1):
+            series = self.series[k] + square * series
+        # what each neuron's tanh lacks of its argument
+        small = torch.abs(sums) < self.series_limit
+        curved = torch.where(small, sums * square * series, torch.tanh(sums) - sums)
+        change = features @ self.slope + self.offset_rad + curved @ self.second_layer
+        return past[..., 0] + change
 
     def advance(self, inputs: Tensor, state: Tensor) -> Tensor:
         """Advance by one sampling interval.
@@ -87,10 +88,10 @@ class TrackedRecurrence(TrackedState):
 
         own = inputs[..., :3] - x[..., kernel.BIAS : kernel.BIAS + 3]
         missing = s[..., kernel.MISSING]
-        bridged = (missing > 0.0) & (missing < self.limits[7])
+        bridged = (missing > 0.0) & (missing < self.longest_bridged_s)
         gap = ((missing > 0.0) & ~bridged).to(s.dtype)
         stays = 1.0 - gap
-        doubt = gap * p[kernel.START_VARIANCE] * torch.minimum(missing, self.limits[5]) ** 2
+        doubt = gap * p[kernel.START_VARIANCE] * torch.minimum(missing, self.longest_gap_s) ** 2
         covariance = covariance + doubt.unsqueeze(-1).unsqueeze(-1) * self.growth[0]
         rising, swing = stays * s[..., kernel.RISING], stays * s[..., kernel.SWING]
         high, low = stays * s[..., kernel.HIGH], stays * s[..., kernel.LOW]
@@ -115,10 +116,10 @@ class TrackedRecurrence(TrackedState):
         past = torch.where(joins, begin.unsqueeze(-1) + since_lost * on_line, past)
         since_lost = (short.unsqueeze(-1) - dt * self.lags[: self.n_rates]).unsqueeze(-2)
         rates = torch.where(joins, last.unsqueeze(-1) + slope.unsqueeze(-1) * since_lost, rates)
-        swing_time = dt / (p[kernel.SWING_DECAY] - 1.0)
-        kept = torch.exp(-short / swing_time)
-        swing = kept * swing + (1.0 - kept) * swing_time * 0.5 * (last + rates[..., 0])[..., 0]
-        doubt = (self.limits[8] * short**2) ** 2
+        kept = torch.exp(-short / self.swing_time_s)
+        mean = 0.5 * (last + rates[..., 0])[..., 0]
+        swing = kept * swing + (1.0 - kept) * self.swing_time_s * mean
+        doubt = (self.bridged_rad_s2 * short**2) ** 2
         covariance = covariance + doubt.unsqueeze(-1).unsqueeze(-1) * self.growth[0]
 
         square = own[..., 0] ** 2 + own[..., 1] ** 2 + own[..., 2] ** 2
@@ -135,7 +136,7 @@ class TrackedRecurrence(TrackedState):
         leg_square = leg_square + gain * (own_square - leg_square)
         leg_cube = leg_cube + gain * (own_square * own[..., 0] - leg_cube)
         away = torch.abs(past[..., :2, 0] - x[..., kernel.CENTRE : kernel.CENTRE + 2])
-        near = torch.maximum(away[..., 0], away[..., 1]) < self.limits[13]
+        near = torch.maximum(away[..., 0], away[..., 1]) < self.far_rad
         near = near | (s[..., kernel.TRUST] <= p[kernel.EARLY])
         works = walks & near & (known_to < p[kernel.KNOWN_ENOUGH])
 
@@ -143,7 +144,7 @@ class TrackedRecurrence(TrackedState):
         if self.n_outputs > 1:
             tilt = 2.0 * past[..., 0] - past[..., 1]
         rate = coupled_rates(own, tilt)
-        cos_f = torch.maximum(torch.abs(torch.cos(tilt[..., 1])), self.limits[0])
+        cos_f = torch.maximum(torch.abs(torch.cos(tilt[..., 1])), self.cos_frontal_min)
         turn = rate[..., 2]
         mean_turn = s[..., kernel.TURN] + p[kernel.TURN_GAIN] * (turn - s[..., kernel.TURN])
         lean = x[..., kernel.LEAN] * mean_turn
@@ -153,8 +154,8 @@ class TrackedRecurrence(TrackedState):
         integrated = past[..., 0] + 0.5 * dt * (rate + rates[..., 0])
         carried = torch.where(works.unsqueeze(-1), carried, integrated)
         turned = carried[..., 0]
-        whole = (torch.abs(turned) > self.limits[4]).to(s.dtype) * torch.sign(turned)
-        wrapped = (2.0 * self.limits[4] * whole).unsqueeze(-1) * e[0, :3]
+        whole = (torch.abs(turned) > self.pi).to(s.dtype) * torch.sign(turned)
+        wrapped = (2.0 * self.pi * whole).unsqueeze(-1) * e[0, :3]
         carried, past = carried - wrapped, past - wrapped.unsqueeze(-1)
         rates = torch.cat([rate.unsqueeze(-1), rates[..., : self.n_rates - 1]], dim=-1)
         heading = carried[..., 2]
@@ -167,15 +168,19 @@ class TrackedRecurrence(TrackedState):
         heading = s[..., self.heading_at] + step
 
         known = s[..., kernel.KNOWN] > 0.0
-        loss = torch.where(known, zero, self.limits[6])
+        loss = torch.where(known, zero, self.centre_loss)
         noise = torch.where(known, zero, p[kernel.CENTRE_NOISE])
         leak = torch.where(works, p[kernel.LEAK] * dt, zero)
         coupling = torch.where(torch.abs(mean_turn) > p[kernel.TURN_LEAST], dt * mean_turn, zero)
         # the tilt of the posture comes back; what rounding leaves of it is kept for the next time
-        posture = x[..., 3:5]
-        change = s[..., self.lower_at : self.lower_at + 2] - posture * loss.unsqueeze(-1)
-        moved = posture + change
-        lower = change - (moved - posture)
+        # the variance crosses a limit slowly: rounding would change the sample at which it does
+        slow = torch.cat([x[..., 3:5], torch.diagonal(covariance, dim1=-2, dim2=-1)[..., 3:5]], -1)
+        shares = torch.stack([loss, loss, loss * (2.0 - loss), loss * (2.0 - loss)], dim=-1)
+        grows = torch.stack([zero, zero, noise, noise], dim=-1)
+        lower = s[..., self.lower_at : self.lower_at + 4] + (grows - shares * slow)
+        slowly = slow + lower
+        lower = lower - (slowly - slow)
+        moved = slowly[..., :2]
         # the mean heading turns with the person; a threshold would amplify rounding errors
         turning = torch.clamp(torch.abs(mean_turn) / p[kernel.TURN_LEAST] - 1.0, 0.0, 1.0)
         turned_by = (dt * mean_turn * turning).unsqueeze(-1) * e[5, 5:]
@@ -204,9 +209,13 @@ class TrackedRecurrence(TrackedState):
         noises = [angle_noise, noise, p[kernel.BIAS_NOISE] * one, p[kernel.VELOCITY_NOISE] * one]
         noise = torch.stack(noises, dim=-1).unsqueeze(-1).unsqueeze(-1)
         covariance = covariance + (noise * self.growth).sum(-3)
+        for axis in range(2):
+            at = kernel.CENTRE + axis
+            rounded = slowly[..., 2 + axis] - covariance[..., at, at]
+            covariance = covariance + rounded.unsqueeze(-1).unsqueeze(-1) * self.only_postures[axis]
 
         mean_square = mean_rate[..., 0] ** 2 + mean_rate[..., 1] ** 2 + mean_rate[..., 2] ** 2
-        rests = (scatter < p[kernel.REST_LEAST]) & (mean_square < self.limits[1])
+        rests = (scatter < p[kernel.REST_LEAST]) & (mean_square < self.most_bias_square)
         resting = rests.to(s.dtype)
         for axis in range(3):
             at = kernel.BIAS + axis
@@ -228,16 +237,16 @@ class TrackedRecurrence(TrackedState):
                     x, covariance, at, p[kernel.VELOCITY_VARIANCE + i], usual - x[..., at], one
                 )
 
-        swing = (swing + dt * own[..., 0]) / p[kernel.SWING_DECAY]
+        swing = swing + (self.swing_gain_s * own[..., 0] - self.swing_loss * swing)
         high, low = torch.maximum(high, swing), torch.minimum(low, swing)
-        span = s[..., kernel.SPAN] * p[kernel.SPAN_DECAY]
+        span = s[..., kernel.SPAN] - self.span_loss * s[..., kernel.SPAN]
         least = torch.maximum(p[kernel.SPAN_SHARE] * span, p[kernel.SWING_LEAST])
         begins = (rising == 0.0) & (swing - low > least)
         rising, high = torch.where(begins, one, rising), torch.where(begins, swing, high)
         ends = (rising > 0.0) & (high - swing > least)
         span = torch.where(ends, torch.maximum(span, high - low), span)
         rising, low = torch.where(ends, zero, rising), torch.where(ends, swing, low)
-        swung = ends & (since > self.limits[2]) & (since < self.limits[3])
+        swung = ends & (since > self.shortest_swing_s) & (since < self.longest_swing_s)
         applies = swung.to(s.dtype)
 
         swing_turn = sum_turn / samples
@@ -251,7 +260,7 @@ class TrackedRecurrence(TrackedState):
         irregular = ((since / lasted - 1.0) / p[kernel.PERIOD_SHARE]) ** 2
         doubt = doubt + torch.where(period > 0.0, irregular, 3.0 * one)
         unknown = torch.maximum(covariance[..., 0, 0], covariance[..., 1, 1])
-        walks = (doubt < self.limits[9]) | (unknown > p[kernel.KNOWN_ENOUGH])
+        walks = (doubt < self.most_doubt) | (unknown > p[kernel.KNOWN_ENOUGH])
         share = (p[kernel.EARLY] / (p[kernel.EARLY] + s[..., kernel.TRUST])) ** 2
         odds: list[Tensor] = []
         for axis in range(3):
@@ -313,6 +322,7 @@ class TrackedRecurrence(TrackedState):
                 torch.stack([leg_square, leg_cube], dim=-1),
                 heading.unsqueeze(-1),
                 lower,
+                works.to(s.dtype).unsqueeze(-1),
             ],
             dim=-1,
         )

@@ -5,8 +5,8 @@ beside it, the latest rates of the angles (sagittal, frontal, transverse, newest
 latest angles; with two differences for the sake of float32. The covariance is that of the angles
 relative to the posture (`narx.export.tracker_numbers.relative`): of a heading that nothing bounds
 only the relative one counts, and its digits would be lost in the other's. After the scalars come
-the part of the heading that is taken off in steps, and the digits of the posture that its slow
-decay would lose.
+the part of the heading that is taken off in steps, the digits of the posture and of its variances
+that their slow changes would lose, and whether the network gave the angles.
 """
 
 import math
@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from narx.export.neurons import physical_weights
 from narx.export.tracker_numbers import (
     between_samples,
     changes,
@@ -31,6 +32,9 @@ from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S
 
 # subtracts without rounding
 _HEADING_STEP_RAD = 2.0
+# tanh(z) - z = z^3 (s0 + s1 z^2 + ...), below the limit to the last digit of float64
+_SERIES_LIMIT = 0.2
+_SERIES = (-1 / 3, 2 / 15, -17 / 315, 62 / 2835, -1382 / 155925, 21844 / 6081075)
 
 
 class TrackedState(nn.Module):
@@ -48,13 +52,39 @@ class TrackedState(nn.Module):
     """
 
     p: Tensor
-    weights: Tensor
+    cos_frontal_min: Tensor
+    most_bias_square: Tensor
+    shortest_swing_s: Tensor
+    longest_swing_s: Tensor
+    pi: Tensor
+    longest_gap_s: Tensor
+    longest_bridged_s: Tensor
+    bridged_rad_s2: Tensor
+    most_doubt: Tensor
+    far_rad: Tensor
+    leg_skewness: Tensor
+    std_growth: Tensor
+    most_growth: Tensor
+    doubtful_growth: Tensor
+    std_scale: Tensor
+    centre_loss: Tensor
+    span_loss: Tensor
+    swing_loss: Tensor
+    swing_gain_s: Tensor
+    swing_time_s: Tensor
+    first_layer: Tensor
+    first_bias: Tensor
+    second_layer: Tensor
+    slope: Tensor
+    offset_rad: Tensor
+    series: Tensor
+    series_limit: Tensor
     identity: Tensor
     changes: Tensor
     growth: Tensor
     postures: Tensor
+    only_postures: Tensor
     lossy: Tensor
-    limits: Tensor
     lags: Tensor
     unknown_start: Tensor
     known_start: Tensor
@@ -68,14 +98,15 @@ class TrackedState(nn.Module):
         n = len(unknown.x)
         self.n = n
         self.aided = n == kernel.AIDED_STATES
-        self.hidden = structure.hidden
         self.n_past = structure.input_lags - 1
         self.n_rates = max(self.n_past, 1)
         self.n_outputs = structure.output_lags
         # scripts take numbers from the module alone
         self.heading_step = _HEADING_STEP_RAD
-        self.n_scalars = kernel.SCALARS + 3
+        self.n_series = len(_SERIES)
+        self.n_scalars = kernel.SCALARS + 6
         self.heading_at, self.lower_at = kernel.SCALARS, kernel.SCALARS + 1
+        self.by_network_at = kernel.SCALARS + 5
         postures = np.stack([posture_growth(axis, n) for axis in range(3)])
         blocks = ((0, 3), (kernel.BIAS, kernel.BIAS + 3), (kernel.VELOCITY, n))
         growth = [np.diag((np.arange(n) >= begin) & (np.arange(n) < end)) for begin, end in blocks]
@@ -88,38 +119,54 @@ class TrackedState(nn.Module):
         for tracking in (unknown, known):
             tracking.covariance = relative(tracking.covariance)
             at = n + n * n + kernel.SCALARS
-            starts.append(np.insert(tracking.packed, at, np.zeros(3)))
+            starts.append(np.insert(tracking.packed, at, np.zeros(6)))
+        numbers = exported_numbers(tracker, model)
+        swing_kept = 1.0 / float(numbers[kernel.SWING_DECAY])
+        w1, b1, w2, b2 = physical_weights(checkpoint)
+        slope = w2 @ w1
+        slope[structure.input_lags] -= 1.0
         # as tensors, since graph formats round plain numbers to float32
-        limits = (
-            COS_FRONTAL_MIN,
-            kernel.MOST_BIAS_RAD_S**2,
-            between_samples(kernel.SHORTEST_SWING_S, interval_s, above=True),
-            between_samples(kernel.LONGEST_SWING_S, interval_s, above=False),
-            math.pi,
-            kernel.LONGEST_GAP_S,
-            1.0 - float(tracker.numbers(model)[kernel.CENTRE_DECAY]),
-            between_samples(LONGEST_BRIDGED_S, interval_s, above=False),
-            BRIDGED_RAD_S2,
-            kernel.MOST_DOUBT,
-            leg.LEG_SKEWNESS,
-            leg.STD_GROWTH,
-            leg.MOST_GROWTH,
-            kernel.FAR_RAD,
-        )
         for name, value in (
-            ("p", exported_numbers(tracker, model)),
+            ("p", numbers),
+            ("cos_frontal_min", COS_FRONTAL_MIN),
+            ("most_bias_square", kernel.MOST_BIAS_RAD_S**2),
+            ("shortest_swing_s", between_samples(kernel.SHORTEST_SWING_S, interval_s, above=True)),
+            ("longest_swing_s", between_samples(kernel.LONGEST_SWING_S, interval_s, above=False)),
+            ("pi", math.pi),
+            ("longest_gap_s", kernel.LONGEST_GAP_S),
+            ("longest_bridged_s", between_samples(LONGEST_BRIDGED_S, interval_s, above=False)),
+            ("bridged_rad_s2", BRIDGED_RAD_S2),
+            ("most_doubt", kernel.MOST_DOUBT),
+            ("far_rad", kernel.FAR_RAD),
+            ("leg_skewness", leg.LEG_SKEWNESS),
+            ("std_growth", leg.STD_GROWTH),
+            ("most_growth", leg.MOST_GROWTH),
+            ("doubtful_growth", leg.DOUBTFUL_GROWTH),
+            ("std_scale", tracker.std_scale),
+            # what is lost in a sample: a share close to one has few digits of it
+            ("centre_loss", 1.0 - float(numbers[kernel.CENTRE_DECAY])),
+            ("span_loss", 1.0 - float(numbers[kernel.SPAN_DECAY])),
+            ("swing_loss", 1.0 - swing_kept),
+            ("swing_gain_s", interval_s * swing_kept),
+            ("swing_time_s", interval_s / (float(numbers[kernel.SWING_DECAY]) - 1.0)),
+            ("first_layer", w1),
+            ("first_bias", b1),
+            ("second_layer", w2),
+            ("slope", slope),
+            ("offset_rad", w2 @ b1 + b2),
+            ("series", _SERIES),
+            ("series_limit", _SERIES_LIMIT),
             ("identity", np.eye(n)),
             ("changes", changes(n, interval_s)),
             ("growth", np.stack([growth[0], postures[:2].sum(0), *growth[1:]])),
             ("postures", postures),
+            ("only_postures", [np.diag(np.eye(n)[kernel.CENTRE + axis]) for axis in range(2)]),
             ("lossy", lossy),
-            ("limits", np.array(limits)),
             ("lags", np.arange(max(self.n_rates, self.n_outputs))),
             ("unknown_start", starts[0]),
             ("known_start", starts[1]),
         ):
             self.register_buffer(name, torch.from_numpy(np.array(value, dtype=np.float64)))
-        self.register_buffer("weights", model.weights.detach().clone())
         self.state_size = len(self.unknown_start)
 
     def start(self, initial_angles: Tensor, known: Tensor) -> Tensor:
@@ -178,9 +225,8 @@ class TrackedState(nn.Module):
             [state[..., :at], state[..., at : at + 1] + lost_s, state[..., at + 1 :]], dim=-1
         )
 
-    @torch.jit.export
-    def variances(self, state: Tensor) -> Tensor:
-        """Give the variances of the latest angles.
+    def deviations(self, state: Tensor) -> Tensor:
+        """Give the standard deviations of the latest angles.
 
         Parameters
         ----------
@@ -190,15 +236,49 @@ class TrackedState(nn.Module):
         Returns
         -------
         Tensor, shape (..., 3)
-            rad^2, before the checkpoint's `std_scale`, with the growth for motion that does not
-            resemble the swing of a leg.
+            rad, with the growth for motion that does not resemble the swing of a leg.
         """
         covariance = state[..., self.n : self.n + self.n * self.n].unflatten(-1, [self.n, self.n])
         angles = covariance[..., :3, :] + covariance[..., 3:6, :]
         both = angles[..., :3] + angles[..., 3:6]
+        variances = torch.clamp(torch.diagonal(both, dim1=-2, dim2=-1), min=0.0)
+        return self._growth(state) * self.std_scale * torch.sqrt(variances)
+
+    def by_network(self, state: Tensor) -> Tensor:
+        """Tell whether the network gave the latest angles.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor of bool, shape (..., 1)
+            False where the rates were integrated.
+        """
+        at = self.n + self.n * self.n + self.by_network_at
+        return state[..., at : at + 1] > 0.0
+
+    def doubtful(self, state: Tensor) -> Tensor:
+        """Tell whether the motion does not resemble the swing of a leg.
+
+        Parameters
+        ----------
+        state : Tensor, shape (..., state_size)
+            State.
+
+        Returns
+        -------
+        Tensor of bool, shape (..., 1)
+            True if the standard deviations are more than doubled for that.
+        """
+        return self._growth(state) > self.doubtful_growth
+
+    def _growth(self, state: Tensor) -> Tensor:
+        """Factor on the standard deviations (..., 1), as `narx.kernels.leg.std_growth`."""
         at = self.n + self.n * self.n + kernel.SQUARE
         square, cube = state[..., at : at + 1], state[..., at + 1 : at + 2]
-        lacking = 1.0 - cube / (square * torch.sqrt(square)) / self.limits[10]
-        growth = 1.0 + self.limits[11] * torch.clamp(lacking, min=0.0)
-        growth = torch.minimum(growth, self.limits[12])
-        return growth**2 * torch.diagonal(both, dim1=-2, dim2=-1)
+        lacking = 1.0 - cube / (square * torch.sqrt(square)) / self.leg_skewness
+        growth = 1.0 + self.std_growth * torch.clamp(lacking, min=0.0)
+        return torch.minimum(growth, self.most_growth)

@@ -127,3 +127,20 @@ def posture_growth(axis: int, n_states: int) -> np.ndarray:
     row = np.zeros(n_states)
     row[axis], row[kernel.CENTRE + axis] = -1.0, 1.0
     return np.outer(row, row)
+
+
+def upper_part(interval_s: float) -> float:
+    """Round an interval so that its multiples are exact in float32.
+
+    Parameters
+    ----------
+    interval_s : float
+        s.
+
+    Returns
+    -------
+    float
+        s; multiples up to 4096 are exact.
+    """
+    mantissa, exponent = np.frexp(interval_s)
+    return float(np.ldexp(np.floor(mantissa * 4096.0), exponent - 12))

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -30,6 +31,8 @@ from narx.types import FloatArray
 Format = Literal["torchscript", "torch_export", "onnx", "c"]
 Precision = Literal["double", "float"]
 
+# the source includes its header by name
+_NOT_IN_AN_INCLUDE = re.compile(r'["\\\x00-\x1f]')
 _SUFFIX = {"torchscript": ".pt", "torch_export": ".pt2", "onnx": ".onnx", "c": ".c"}
 _NUMPY: dict[str, type] = {"double": np.float64, "float": np.float32}
 _TORCH = {"double": torch.float64, "float": torch.float32}
@@ -68,9 +71,13 @@ def write(
     Raises
     ------
     UserError
-        If an option or the checkpoint is invalid, a requirement of the format is missing, or the
-        export differs from the package. In these cases nothing is written.
+        If an option or the checkpoint is invalid, a requirement of the format is missing, the
+        export differs from the package, or the file cannot be written. Then there is no file.
     """
+    if not isinstance(checkpoint, Checkpoint):
+        raise UserError(
+            f"checkpoint is a {type(checkpoint).__name__}, expected a Checkpoint, e.g. pretrained()"
+        )
     target = Path(path)
     if format not in get_args(Format):
         raise UserError(f"format is '{format}', expected one of {', '.join(get_args(Format))}")
@@ -84,11 +91,18 @@ def write(
         raise UserError(
             f"output is '{target}', expected a name ending in {_SUFFIX[format]} for format={format}"
         )
+    if format == "c" and _NOT_IN_AN_INCLUDE.search(target.name):
+        raise UserError(
+            f"output is {str(target)!r}, expected a name without quotes, backslashes and control "
+            "characters for format=c"
+        )
+    if target.is_dir():
+        raise UserError(f"output: '{target}' is a folder")
     checkpoint.check()
     about = {**identity(checkpoint, format, precision), "verification": None}
-    built = _build(checkpoint, format, precision)
+    built = build(checkpoint, format, precision)
     if verify:
-        run = _runner(checkpoint, format, built)
+        run = runner(checkpoint, format, built)
         difference = largest_difference_rad(checkpoint, run, _NUMPY[precision])
         tolerance = TOLERANCE_RAD[precision]
         refuse_above_tolerance(difference, tolerance, format)
@@ -98,18 +112,35 @@ def write(
             "signals": SIGNALS,
         }
     files = _stamped(built, format, target, json.dumps(about, allow_nan=False))
-    # the requested file is written last
-    for name, content in reversed(files.items()):
-        with atomic_path(target.with_name(name)) as temporary:
-            temporary.write_bytes(content)
+    try:
+        # the requested file is written last
+        for name, content in reversed(files.items()):
+            with atomic_path(target.with_name(name)) as temporary:
+                temporary.write_bytes(content)
+    except OSError as error:
+        raise UserError(f"output: '{target}' cannot be written: {error.strerror}") from error
     return about
 
 
 # two sources for C, one file for the other formats
-_Built = dict[str, str] | bytes
+Built = dict[str, str] | bytes
 
 
-def _build(checkpoint: Checkpoint, export_format: str, precision: str) -> _Built:
+def build(checkpoint: Checkpoint, export_format: str, precision: str) -> Built:
+    """Translate a network, without checks and without an identity.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        Network to export.
+    export_format, precision : str
+        As for `write`.
+
+    Returns
+    -------
+    dict or bytes
+        Two sources for C, one file for the other formats.
+    """
     if export_format == "c":
         return c.build(checkpoint, precision)
     if export_format == "torchscript":
@@ -120,7 +151,7 @@ def _build(checkpoint: Checkpoint, export_format: str, precision: str) -> _Built
     return assembled(checkpoint, _TORCH[precision])
 
 
-def _stamped(built: _Built, export_format: str, target: Path, about: str) -> dict[str, bytes]:
+def _stamped(built: Built, export_format: str, target: Path, about: str) -> dict[str, bytes]:
     """Content of the files by name, the requested file first."""
     if isinstance(built, dict):
         files = c.stamped(built, target.stem, about)
@@ -129,7 +160,23 @@ def _stamped(built: _Built, export_format: str, target: Path, about: str) -> dic
     return {target.name: stamp(built, about)}
 
 
-def _runner(checkpoint: Checkpoint, export_format: str, built: _Built) -> Runner:
+def runner(checkpoint: Checkpoint, export_format: str, built: Built) -> Runner:
+    """Load a translated network to run it over recordings.
+
+    Parameters
+    ----------
+    checkpoint : Checkpoint
+        The network.
+    export_format : str
+        Its format.
+    built : dict or bytes
+        From `build`.
+
+    Returns
+    -------
+    callable
+        From inputs, times since the samples before and known start poses to angles.
+    """
     if isinstance(built, dict):
         return c.loaded(c.stamped(built, "narx", ""))
     if export_format == "torchscript":

@@ -37,7 +37,7 @@ def test_the_processor_gives_pythons_angles():
         assert cost.ram_bytes < 2048
         if not programs.missing(programs.CORTEX):
             assert 20.0 < cost.instructions["Cortex-M4F"] < cost.instructions["Cortex-M0+"] < 1e5
-    # 1,481 us by avr-gcc 5; other releases may need some per cent more
+    # 1,480 us by avr-gcc 5; other releases may need some per cent more
     assert costs["NARX, three axes"].mean_us < 1550.0
     assert costs["NARX, sagittal"].mean_us < costs["complementary filter"].mean_us
     assert embedded.table(costs).count("\n") == 8

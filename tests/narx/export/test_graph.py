@@ -1,6 +1,7 @@
 """The sequence graph gives the same angles in pieces of any size, for any number of sensors."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,8 +18,8 @@ def torch_export_file(path, dtype):
     module = torch.export.load(path, extra_files=about).module()
 
     def run(rates, intervals, state):
-        angles, state = module(*(torch.from_numpy(part) for part in (rates, intervals, state)))
-        return angles.numpy(), state.numpy()
+        outputs = module(*(torch.from_numpy(part) for part in (rates, intervals, state)))
+        return [output.numpy() for output in outputs]
 
     return run, json.loads(about["narx.json"])
 
@@ -31,7 +32,7 @@ def onnx_file(path, dtype):
 
     def run(rates, intervals, state):
         feed = {"axis_rates": rates, "interval_s": intervals, "state": state}
-        return session.run(["angles", "new_state"], feed)
+        return session.run(["angles", "new_state", "std_rad", "quality"], feed)
 
     return run, json.loads(session.get_modelmeta().custom_metadata_map["narx"])
 
@@ -49,6 +50,9 @@ def test_pieces_of_several_sensors_equal_the_package(
 ):
     if name == "onnx":
         pytest.importorskip("onnxscript")
+    checkpoint = replace(
+        checkpoint, error_std_rad=(0.01, 0.02, 0.03), start_std_rad=(0.1, 0.2, 0.3)
+    )
     path = tmp_path / f"narx.{suffix}"
     write(checkpoint, path, name, precision)
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
@@ -66,6 +70,15 @@ def test_pieces_of_several_sensors_equal_the_package(
         np.split(intervals, [1, 2, 20, 100], axis=1),
         strict=True,
     ):
-        angles, state = run(np.ascontiguousarray(piece), np.ascontiguousarray(passed), state)
-        expected = stream.update_block(piece).angles_rad
-        np.testing.assert_allclose(angles, expected, atol=atol_rad, rtol=0)
+        angles, state, std_rad, quality = run(
+            np.ascontiguousarray(piece), np.ascontiguousarray(passed), state
+        )
+        expected = stream.update_block(piece)
+        np.testing.assert_allclose(angles, expected.angles_rad, atol=atol_rad, rtol=0)
+        np.testing.assert_array_equal(quality, expected.quality)
+        np.testing.assert_allclose(std_rad, expected.std_rad, rtol=1e-6)
+    angles, *_ = run(several[:0, :20].copy(), intervals[:0, :20].copy(), state[:0])
+    assert angles.shape == (0, 20, 3)
+    # runtimes refuse a scan over nothing
+    with pytest.raises(Exception, match=r"out of range|Invalid dim0_offset"):
+        run(several[:, :0].copy(), intervals[:, :0].copy(), state)

@@ -1,10 +1,12 @@
+import io
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+import torch
 
-from narx.export import write
+from narx.export import torchscript, write
 
 # what a stranger does with the file; the package cannot be imported there
 STRANGER = """
@@ -44,3 +46,30 @@ def test_a_process_with_only_torch_gives_the_same_angles(checkpoint, rates, expe
     for name, (whole, samples) in zip(("unknown", "known"), results, strict=True):
         np.testing.assert_allclose(whole, expected[name][1], atol=1e-9, rtol=0)
         np.testing.assert_array_equal(samples, whole)
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_unusual_inputs_are_right_or_refused(checkpoint, rates, expected):
+    narx = torch.jit.load(io.BytesIO(torchscript.build(checkpoint, torch.float64)))
+    samples = torch.from_numpy(rates[:60])
+    angles = narx(samples)
+    np.testing.assert_allclose(angles, expected["unknown"][1][:60], atol=1e-9, rtol=0)
+    assert narx(samples[:0]).shape == (0, 3)
+    assert narx(samples.expand(0, 60, 3)).shape == (0, 60, 3)
+    across = samples.t().contiguous().t()
+    np.testing.assert_array_equal(narx(across), angles)
+    np.testing.assert_array_equal(narx(samples.half()), narx(samples.half().double()))
+    for interval_s in (0.0, -1.0, np.nan):
+        assert narx(samples, None, torch.full((60,), interval_s)).isnan().all()
+    assert narx(samples[22:], None, torch.full((38,), np.inf)).isfinite().all()
+    for arguments, reason in (
+        ((samples[0],), r"the shape \[3\], expected \(\.\.\., N, 3\)"),
+        ((samples[:, :2],), r"the shape \[60, 2\], expected"),
+        ((samples, None, torch.ones(59)), r"interval_s has the shape \[59\], expected \[60\]"),
+        ((samples, torch.full((3,), np.nan)), "expected three finite angles"),
+        ((samples, torch.zeros(2)), "expected three finite angles"),
+    ):
+        with pytest.raises(Exception, match=reason):
+            narx(*arguments)
+    with pytest.raises(Exception, match="inputs have 3 columns and the state 5, expected 3 and"):
+        narx.step(samples[0], torch.zeros(5))

@@ -2,6 +2,7 @@
 
 import importlib.util
 import shutil
+import zipfile
 
 import numpy as np
 import pytest
@@ -148,3 +149,28 @@ def test_another_file_has_no_identity(tmp_path):
     for name in ("other.pt", "narx.c", "text.h"):
         with pytest.raises(UserError, match=r"written by narx\.export|export of another program"):
             read_identity(tmp_path / name)
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_what_cannot_be_written_is_one_line(checkpoint, tmp_path):
+    (tmp_path / "narx.pt").mkdir()
+    (tmp_path / "file").write_text("")
+    for name, export_format, reason in (
+        ("narx.pt", "torchscript", r"narx\.pt' is a folder"),
+        ("file/narx.pt", "torchscript", r"^output: '.*narx\.pt' cannot be written: "),
+        ('a"b.c', "c", "expected a name without quotes, backslashes and control characters"),
+        ("a\nb.c", "c", "expected a name without quotes"),
+        ("a\\b.c", "c", "expected a name without quotes"),
+    ):
+        with pytest.raises(UserError, match=reason):
+            write(checkpoint, tmp_path / name, export_format, verify=False)
+    with pytest.raises(UserError, match="checkpoint is a str, expected a Checkpoint"):
+        write("narx.pt", tmp_path / "other.pt")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "narx.pt"]
+
+
+def test_a_nested_header_is_no_identity(tmp_path):
+    with zipfile.ZipFile(tmp_path / "narx.pt", "w") as archive:
+        archive.writestr("narx/extra/narx.json", "[" * 100_000)
+    with pytest.raises(UserError, match=r"not written by narx\.export\.write"):
+        read_identity(tmp_path / "narx.pt")
