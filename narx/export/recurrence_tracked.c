@@ -10,6 +10,7 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define SWING_TIME_S ${swing_time_s}
 #define MOST_DOUBT ${most_doubt}
 #define FAR_RAD ${far_rad}
+#define PER_FAR_RAD ${per_far_rad}
 #define LEAK_RAD_S ${leak}
 #define ANGLE_NOISE ${angle_noise}
 #define RATE_NOISE ${rate_noise}
@@ -71,8 +72,21 @@ static narx_real network(const narx_state *s, int axis, narx_real rate, narx_rea
            network_output(rate, s->rates[axis], past);
 }
 
+/* Returns the network's share in the propagation of the angles, 0 to 1; far from an established
+   posture it falls along a line, since a threshold would amplify rounding errors. */
+static narx_real share_of_network(const narx_state *s)
+{
+    const narx_real sagittal = fabs${f}(s->x[0] - s->x[CENTRE]);
+    const narx_real frontal = fabs${f}(s->x[1] - s->x[CENTRE + 1]);
+    const narx_real near = (FAR_RAD - (sagittal < frontal ? frontal : sagittal)) * PER_FAR_RAD;
+    if (s->idle_s >= IDLE_MOST_S || s->covariance[CENTRE][CENTRE] >= KNOWN_ENOUGH ||
+        s->covariance[CENTRE + 1][CENTRE + 1] >= KNOWN_ENOUGH)
+        return 0;
+    return s->trust <= EARLY || near > 1 ? 1 : near < 0 ? 0 : near;
+}
+
 /* Propagates the angles over one sample; returns the turn rate. */
-static narx_real carry(narx_state *s, const narx_real own[3], narx_real *secant)
+static narx_real carry(narx_state *s, const narx_real own[3], narx_real share, narx_real *secant)
 {
     narx_real tilt[2], rates[3];
     int axis, k;
@@ -85,9 +99,13 @@ static narx_real carry(narx_state *s, const narx_real own[3], narx_real *secant)
     s->turn += TURN_GAIN * (rates[2] - s->turn);
     for (axis = 0; axis < 3; axis++) {
         const narx_real lean = axis == 1 ? s->x[LEAN] * s->turn : 0;
-        s->x[axis] = s->by_network
-                         ? network(s, axis, rates[axis], s->x[CENTRE + axis] + lean)
-                         : s->past[axis][0] + HALF_INTERVAL_S * (rates[axis] + s->rates[axis][0]);
+        if (share > 0)
+            s->x[axis] = network(s, axis, rates[axis], s->x[CENTRE + axis] + lean);
+        if (share < 1) {
+            const narx_real moved = HALF_INTERVAL_S * (rates[axis] + s->rates[axis][0]);
+            const narx_real integrated = s->past[axis][0] + moved;
+            s->x[axis] = integrated + (share > 0 ? share * (s->x[axis] - integrated) : 0);
+        }
         for (k = NARX_PAST_RATES - 1; k > 0; k--)
             s->rates[axis][k] = s->rates[axis][k - 1];
         s->rates[axis][0] = rates[axis];
@@ -226,7 +244,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
 {
     const narx_real loss = s->known ? 0 : CENTRE_LOSS;
     narx_real own[3], carried[3], scatter = 0, rates = 0, means = 0, secant, turn, turned;
-    narx_real leak, coupling, noise, posture[2];
+    narx_real share, leak, coupling, noise, posture[2];
     change_type change;
     const int bridged = s->missing_s > 0 && s->missing_s < LONGEST_BRIDGED_S;
     int axis, k;
@@ -247,12 +265,9 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
         s->square += LEG_GAIN * (squared(own[0]) - s->square);
         s->cube += LEG_GAIN * (squared(own[0]) * own[0] - s->cube);
     }
-    s->by_network = s->idle_s < IDLE_MOST_S && s->covariance[CENTRE][CENTRE] < KNOWN_ENOUGH &&
-                    s->covariance[CENTRE + 1][CENTRE + 1] < KNOWN_ENOUGH;
-    if (s->trust > EARLY && (fabs${f}(s->x[0] - s->x[CENTRE]) >= FAR_RAD ||
-                             fabs${f}(s->x[1] - s->x[CENTRE + 1]) >= FAR_RAD))
-        s->by_network = 0;
-    turn = carry(s, own, &secant);
+    share = share_of_network(s);
+    s->by_network = share > 0;
+    turn = carry(s, own, share, &secant);
     if (fabs${f}(s->x[0]) > PI) {
         const narx_real whole = s->x[0] < 0 ? -2 * PI : 2 * PI;
         s->x[0] -= whole;
@@ -262,7 +277,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     if (fabs${f}(s->x[2]) > HEADING_STEP)
         shift_heading(s, s->x[2] < 0 ? -HEADING_STEP : HEADING_STEP);
     memcpy(carried, s->x, sizeof carried);
-    leak = s->by_network ? LEAK_RAD_S * INTERVAL_S : 0;
+    leak = share * (LEAK_RAD_S * INTERVAL_S);
     coupling = fabs${f}(s->turn) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
     /* the mean heading turns with the person; a threshold would amplify rounding errors */
     turned = fabs${f}(s->turn) * PER_TURN_LEAST - 1;

@@ -136,9 +136,11 @@ class TrackedRecurrence(TrackedState):
         leg_square = leg_square + gain * (own_square - leg_square)
         leg_cube = leg_cube + gain * (own_square * own[..., 0] - leg_cube)
         away = torch.abs(past[..., :2, 0] - x[..., kernel.CENTRE : kernel.CENTRE + 2])
-        near = torch.maximum(away[..., 0], away[..., 1]) < self.far_rad
-        near = near | (s[..., kernel.TRUST] <= p[kernel.EARLY])
-        works = walks & near & (known_to < p[kernel.KNOWN_ENOUGH])
+        # the network's share: a threshold would amplify rounding errors
+        near = (self.far_rad - torch.maximum(away[..., 0], away[..., 1])) * self.per_far_rad
+        near = torch.where(s[..., kernel.TRUST] <= p[kernel.EARLY], one, near.clamp(0.0, 1.0))
+        share = torch.where(walks & (known_to < p[kernel.KNOWN_ENOUGH]), near, zero)
+        works = share > 0.0
 
         tilt = past[..., 0]
         if self.n_outputs > 1:
@@ -152,7 +154,9 @@ class TrackedRecurrence(TrackedState):
         features = torch.cat([rate.unsqueeze(-1), rates[..., : self.n_past]], dim=-1)
         carried = self._network(features, past, about)
         integrated = past[..., 0] + 0.5 * dt * (rate + rates[..., 0])
-        carried = torch.where(works.unsqueeze(-1), carried, integrated)
+        part = share.unsqueeze(-1)
+        partly = torch.where(part > 0.0, integrated + part * (carried - integrated), integrated)
+        carried = torch.where(part < 1.0, partly, carried)
         turned = carried[..., 0]
         whole = (torch.abs(turned) > self.pi).to(s.dtype) * torch.sign(turned)
         wrapped = (2.0 * self.pi * whole).unsqueeze(-1) * e[0, :3]
@@ -170,7 +174,7 @@ class TrackedRecurrence(TrackedState):
         known = s[..., kernel.KNOWN] > 0.0
         loss = torch.where(known, zero, self.centre_loss)
         noise = torch.where(known, zero, p[kernel.CENTRE_NOISE])
-        leak = torch.where(works, p[kernel.LEAK] * dt, zero)
+        leak = share * p[kernel.LEAK] * dt
         coupling = torch.where(torch.abs(mean_turn) > p[kernel.TURN_LEAST], dt * mean_turn, zero)
         # the tilt of the posture comes back; what rounding leaves of it is kept for the next time
         # the variance crosses a limit slowly: rounding would change the sample at which it does

@@ -62,6 +62,7 @@ class TrackedState(nn.Module):
     bridged_rad_s2: Tensor
     most_doubt: Tensor
     far_rad: Tensor
+    per_far_rad: Tensor
     leg_skewness: Tensor
     std_growth: Tensor
     most_growth: Tensor
@@ -138,6 +139,7 @@ class TrackedState(nn.Module):
             ("bridged_rad_s2", BRIDGED_RAD_S2),
             ("most_doubt", kernel.MOST_DOUBT),
             ("far_rad", kernel.FAR_RAD),
+            ("per_far_rad", 1.0 / (kernel.FAR_RAD - kernel.NEAR_RAD)),
             ("leg_skewness", leg.LEG_SKEWNESS),
             ("std_growth", leg.STD_GROWTH),
             ("most_growth", leg.MOST_GROWTH),

@@ -48,6 +48,7 @@ from narx.kernels.tracker_layout import (
     MEAN_RATE,
     MISSING,
     MOST_BIAS_RAD_S,
+    NEAR_RAD,
     OWN,
     RATE_NOISE,
     REST_GAIN,
@@ -127,9 +128,10 @@ def _remember_rates(tick: Any, state: Any, p: Any, work: Any, lanes: Any) -> Any
 
 @compiled(**EXACT_VIEWS)
 def _works(state: Any, p: Any, work: Any, lanes: Any) -> Any:
-    """Fill and return works, 1 where the network propagates the angles, else 0.
+    """Fill and return works, the network's share in the propagation of the angles, 0 to 1.
 
-    Where the leg walks, its mean square and cube are updated.
+    Where the leg walks, its mean square and cube are updated. Far from an established posture the
+    share falls along a line: a threshold would amplify rounding errors.
     """
     x, covariance, s, _, _, works = state
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
@@ -141,11 +143,12 @@ def _works(state: Any, p: Any, work: Any, lanes: Any) -> Any:
     sagittal = load(lanes, covariance, (CENTRE, CENTRE, 0))
     frontal = load(lanes, covariance, (CENTRE + 1, CENTRE + 1, 0))
     known = where_less(sagittal, enough, where_less(frontal, enough, walks, zero), zero)
-    far, early = splat(lanes, FAR_RAD), splat(lanes, p[EARLY])
-    unsettled = where_less(early, load(lanes, s, (TRUST, 0)), zero, one)
     sagittal = magnitude(load(lanes, x, (0, 0)) - load(lanes, x, (CENTRE, 0)))
     frontal = magnitude(load(lanes, x, (1, 0)) - load(lanes, x, (CENTRE + 1, 0)))
-    near = where_less(sagittal, far, where_less(frontal, far, one, unsettled), unsettled)
+    away = where_less(sagittal, frontal, frontal, sagittal)
+    near = (FAR_RAD - away) / (FAR_RAD - NEAR_RAD)
+    near = where_less(near, zero, zero, where_less(near, one, near, one))
+    near = where_less(splat(lanes, p[EARLY]), load(lanes, s, (TRUST, 0)), near, one)
     found = known * near
     store(lanes, works, (0, 0), found)
     return found
@@ -271,7 +274,7 @@ def step(tick: Any, state: Any, p: Any, weights: Any, room: Any, lanes: Any) -> 
 
     tick (C, W): gyroscope about the clinical axes, and the accelerometer if aided. state, changed
     in place: x (n, W), covariance (n, n, W), scalars (SCALARS, W), rates and past (3, lags, W), and
-    works (1, W), filled with 1 where the network propagated the angles, else 0. The arrays of
+    works (1, W), filled with the network's share in the propagation of the angles. The arrays of
     `room` are overwritten.
     """
     x, covariance, s, _, past, working = state

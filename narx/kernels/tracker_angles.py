@@ -30,12 +30,13 @@ def advance(
     """Propagate the angles over one sample; return turn rate and cosine of the frontal angle.
 
     work[OWN]: gyroscope without bias; rates and past (3, lags, W): past rates of the angles and
-    past angles, newest first. Where `works` is 0, everywhere unless `by_network`, the trapezoidal
-    rule is used.
+    past angles, newest first. `works` is the network's share, 0 everywhere unless `by_network`; the
+    trapezoidal rule has the rest.
     """
     x, _, s, rates, past, _ = state
     work, _, features, arguments = room
-    zero, n_out, n_rates = splat(lanes, 0.0), past.shape[1], rates.shape[1]
+    n_out, n_rates = past.shape[1], rates.shape[1]
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
     n_past = features.shape[1] - 1 - n_out
     # extrapolated to the time of the sample: a lag would act like a bias
     sagittal, frontal = load(lanes, past, (0, 0, 0)), load(lanes, past, (1, 0, 0))
@@ -77,7 +78,8 @@ def advance(
         if by_network:
             away = load(lanes, work, (OUTPUT, axis, 0)) * p[ANGLE_SCALE]
             found = load(lanes, work, (ABOUT, axis, 0)) + away
-            angle = where_less(zero, works, found, angle)
+            partly = where_less(zero, works, angle + works * (found - angle), angle)
+            angle = where_less(works, one, partly, found)
         store(lanes, x, (axis, 0), angle)
         for i in range(n_rates - 1, 0, -1):
             store(lanes, rates, (axis, i, 0), load(lanes, rates, (axis, i - 1, 0)))

@@ -41,7 +41,7 @@ SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
 # a swing with more doubt, while the angle is known, is a change of posture such as sitting down
 MOST_DOUBT = 50.0
 # once the posture is established, an angle so far from it is not that of a walking leg
-FAR_RAD = math.radians(50.0)
+NEAR_RAD, FAR_RAD = math.radians(45.0), math.radians(55.0)
 # a longer gap leaves no more of the angle than this one
 LONGEST_GAP_S = 1.0
 # larger than the bias of any current gyroscope
