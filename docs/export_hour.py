@@ -88,7 +88,7 @@ def main() -> None:
         for lost, row in zip(("samples", "samples and packets"), largest, strict=True):
             print(
                 f"| `{export_format}` | {precision} | {options.minutes:g} | {lost} "
-                f"| {row[:2].max():.0e} | {row[2]:.0e} |",
+                f"| {row[:2].max():.1e} | {row[2]:.1e} |",
                 flush=True,
             )
 

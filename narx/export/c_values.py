@@ -165,6 +165,7 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
         "swing_time_s": interval_s / (parameters[kernel.SWING_DECAY] - 1.0),
         "most_doubt": kernel.MOST_DOUBT,
         "far_rad": kernel.FAR_RAD,
+        "per_doubt": 1.0 / (kernel.DOUBT_SPAN * parameters[kernel.KNOWN_ENOUGH]),
         "per_far_rad": 1.0 / (kernel.FAR_RAD - kernel.NEAR_RAD),
         "leg_skewness": leg.LEG_SKEWNESS,
         "std_growth": leg.STD_GROWTH,

@@ -10,6 +10,7 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define SWING_TIME_S ${swing_time_s}
 #define MOST_DOUBT ${most_doubt}
 #define FAR_RAD ${far_rad}
+#define PER_DOUBT ${per_doubt}
 #define PER_FAR_RAD ${per_far_rad}
 #define LEAK_RAD_S ${leak}
 #define ANGLE_NOISE ${angle_noise}
@@ -72,17 +73,27 @@ static narx_real network(const narx_state *s, int axis, narx_real rate, narx_rea
            network_output(rate, s->rates[axis], past);
 }
 
-/* Returns the network's share in the propagation of the angles, 0 to 1; far from an established
-   posture it falls along a line, since a threshold would amplify rounding errors. */
+static narx_real larger(narx_real a, narx_real b)
+{
+    return a < b ? b : a;
+}
+
+static narx_real limited(narx_real share)
+{
+    return share < 0 ? 0 : share > 1 ? 1 : share;
+}
+
+/* Returns the network's share in the propagation of the angles, 0 to 1. It falls along a line as the
+   posture becomes uncertain, and far from an established one: a threshold would amplify rounding
+   errors. */
 static narx_real share_of_network(const narx_state *s)
 {
-    const narx_real sagittal = fabs${f}(s->x[0] - s->x[CENTRE]);
-    const narx_real frontal = fabs${f}(s->x[1] - s->x[CENTRE + 1]);
-    const narx_real near = (FAR_RAD - (sagittal < frontal ? frontal : sagittal)) * PER_FAR_RAD;
-    if (s->idle_s >= IDLE_MOST_S || s->covariance[CENTRE][CENTRE] >= KNOWN_ENOUGH ||
-        s->covariance[CENTRE + 1][CENTRE + 1] >= KNOWN_ENOUGH)
-        return 0;
-    return s->trust <= EARLY || near > 1 ? 1 : near < 0 ? 0 : near;
+    const narx_real doubt =
+        larger(s->covariance[CENTRE][CENTRE], s->covariance[CENTRE + 1][CENTRE + 1]);
+    const narx_real away =
+        larger(fabs${f}(s->x[0] - s->x[CENTRE]), fabs${f}(s->x[1] - s->x[CENTRE + 1]));
+    const narx_real near = s->trust > EARLY ? limited((FAR_RAD - away) * PER_FAR_RAD) : 1;
+    return s->idle_s < IDLE_MOST_S ? limited((KNOWN_ENOUGH - doubt) * PER_DOUBT) * near : 0;
 }
 
 /* Propagates the angles over one sample; returns the turn rate. */
@@ -280,8 +291,7 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     leak = share * (LEAK_RAD_S * INTERVAL_S);
     coupling = fabs${f}(s->turn) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
     /* the mean heading turns with the person; a threshold would amplify rounding errors */
-    turned = fabs${f}(s->turn) * PER_TURN_LEAST - 1;
-    turned = turned < 0 ? 0 : turned > 1 ? 1 : turned;
+    turned = limited(fabs${f}(s->turn) * PER_TURN_LEAST - 1);
     s->x[CENTRE + 2] += INTERVAL_S * s->turn * turned;
     memset(&change, 0, sizeof change);
     for (axis = 0; axis < 3; axis++) {

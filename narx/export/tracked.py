@@ -139,7 +139,8 @@ class TrackedRecurrence(TrackedState):
         # the network's share: a threshold would amplify rounding errors
         near = (self.far_rad - torch.maximum(away[..., 0], away[..., 1])) * self.per_far_rad
         near = torch.where(s[..., kernel.TRUST] <= p[kernel.EARLY], one, near.clamp(0.0, 1.0))
-        share = torch.where(walks & (known_to < p[kernel.KNOWN_ENOUGH]), near, zero)
+        sure = (p[kernel.KNOWN_ENOUGH] - known_to) / (self.doubt_span * p[kernel.KNOWN_ENOUGH])
+        share = torch.where(walks, sure.clamp(0.0, 1.0) * near, zero)
         works = share > 0.0
 
         tilt = past[..., 0]

@@ -63,6 +63,7 @@ class TrackedState(nn.Module):
     most_doubt: Tensor
     far_rad: Tensor
     per_far_rad: Tensor
+    doubt_span: Tensor
     leg_skewness: Tensor
     std_growth: Tensor
     most_growth: Tensor
@@ -140,6 +141,7 @@ class TrackedState(nn.Module):
             ("most_doubt", kernel.MOST_DOUBT),
             ("far_rad", kernel.FAR_RAD),
             ("per_far_rad", 1.0 / (kernel.FAR_RAD - kernel.NEAR_RAD)),
+            ("doubt_span", kernel.DOUBT_SPAN),
             ("leg_skewness", leg.LEG_SKEWNESS),
             ("std_growth", leg.STD_GROWTH),
             ("most_growth", leg.MOST_GROWTH),

@@ -23,8 +23,9 @@ swings that agree on a posture far from the expected one reset its uncertainty, 
 recording that of the angle. Without a swing for `idle_s` there is no correction: the rates are
 integrated, and the standard deviation grows. The same holds after a swing that ends 35 degrees and
 more from where it began while the angle is known: the person has sat down or stood up. Once five
-good swings have established the posture, the network does not propagate angles 50 degrees and more
-from it, as in sitting, since it would draw them back. At rest the mean rate measures the bias. The
+good swings have established the posture, the network's share in the angles falls to zero from 45 to
+55 degrees away from it, as in sitting, since it would draw them back. It also rises along a line as
+the variance of the posture falls below its limit. At rest the mean rate measures the bias. The
 swing in which a recording begins is incomplete, so its mean angle is not used.
 
 A leg swings forward faster than backward. Where the skewness of the sagittal rate is below that of

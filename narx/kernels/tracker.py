@@ -33,6 +33,7 @@ from narx.kernels.tracker_layout import (
     CHANGE,
     CONSTANT,
     CUBE,
+    DOUBT_SPAN,
     EARLY,
     EVENTS,
     FAR_RAD,
@@ -127,29 +128,36 @@ def _remember_rates(tick: Any, state: Any, p: Any, work: Any, lanes: Any) -> Any
 
 
 @compiled(**EXACT_VIEWS)
+def _limited(share: Any, lanes: Any) -> Any:
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    return where_less(share, zero, zero, where_less(share, one, share, one))
+
+
+@compiled(**EXACT_VIEWS)
 def _works(state: Any, p: Any, work: Any, lanes: Any) -> Any:
     """Fill and return works, the network's share in the propagation of the angles, 0 to 1.
 
-    Where the leg walks, its mean square and cube are updated. Far from an established posture the
-    share falls along a line: a threshold would amplify rounding errors.
+    Where the leg walks, its mean square and cube are updated. The share falls along a line as the
+    posture becomes uncertain, and far from an established one: a threshold would amplify rounding
+    errors.
     """
     x, covariance, s, _, _, works = state
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    idle_most, enough = splat(lanes, p[IDLE_MOST]), splat(lanes, p[KNOWN_ENOUGH])
+    idle_most = splat(lanes, p[IDLE_MOST])
     walks = where_less(load(lanes, s, (IDLE, 0)), idle_most, one, zero)
     own, gain = load(lanes, work, (OWN, 0, 0)), p[LEG_GAIN] * walks
     _add(lanes, s, SQUARE, gain * (own * own - load(lanes, s, (SQUARE, 0))))
     _add(lanes, s, CUBE, gain * (own * own * own - load(lanes, s, (CUBE, 0))))
     sagittal = load(lanes, covariance, (CENTRE, CENTRE, 0))
     frontal = load(lanes, covariance, (CENTRE + 1, CENTRE + 1, 0))
-    known = where_less(sagittal, enough, where_less(frontal, enough, walks, zero), zero)
+    doubt = where_less(sagittal, frontal, frontal, sagittal)
+    known = _limited((p[KNOWN_ENOUGH] - doubt) / (DOUBT_SPAN * p[KNOWN_ENOUGH]), lanes)
     sagittal = magnitude(load(lanes, x, (0, 0)) - load(lanes, x, (CENTRE, 0)))
     frontal = magnitude(load(lanes, x, (1, 0)) - load(lanes, x, (CENTRE + 1, 0)))
     away = where_less(sagittal, frontal, frontal, sagittal)
-    near = (FAR_RAD - away) / (FAR_RAD - NEAR_RAD)
-    near = where_less(near, zero, zero, where_less(near, one, near, one))
+    near = _limited((FAR_RAD - away) / (FAR_RAD - NEAR_RAD), lanes)
     near = where_less(splat(lanes, p[EARLY]), load(lanes, s, (TRUST, 0)), near, one)
-    found = known * near
+    found = walks * known * near
     store(lanes, works, (0, 0), found)
     return found
 
@@ -193,8 +201,7 @@ def _predict(
     store(lanes, work, (CHANGE, 2, 0), splat(lanes, dt))
     store(lanes, work, (CHANGE, 3, 0), leak * mean_turn)
     # the mean heading turns with the person; a threshold would amplify rounding errors
-    share = size / p[TURN_LEAST] - 1.0
-    share = where_less(share, zero, zero, where_less(share, one, share, one))
+    share = _limited(size / p[TURN_LEAST] - 1.0, lanes)
     _add(lanes, x, CENTRE + 2, dt * mean_turn * share)
     if n == AIDED_STATES:
         forward, left, by_sagittal, by_frontal = _level(x, tick, lanes)

@@ -40,6 +40,8 @@ RESTS, SWUNG = 0, 1
 SHORTEST_SWING_S, LONGEST_SWING_S = 0.5, 2.5
 # a swing with more doubt, while the angle is known, is a change of posture such as sitting down
 MOST_DOUBT = 50.0
+# the network takes over along this last part of the limit on the variance of the posture
+DOUBT_SPAN = 0.1
 # once the posture is established, an angle so far from it is not that of a walking leg
 NEAR_RAD, FAR_RAD = math.radians(45.0), math.radians(55.0)
 # a longer gap leaves no more of the angle than this one
