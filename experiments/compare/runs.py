@@ -185,13 +185,20 @@ def runs_table(runs: Mapping[str, Run], metric: str) -> pd.DataFrame:
     pandas.DataFrame
         One row per run: ``rank`` of its configuration; ``mean``, ``sd`` and ``n`` of the metric
         over the runs of that configuration, which differ only in their seeds; the keys that
-        differ; seeds; fold; metrics; ``run``, its name. Times are left out, so that two sweeps
-        with the same results have the same table.
+        differ; ``seed`` and the seeds that differ from it in a run; fold; metrics; ``run``, its
+        name. Times are left out, so that two sweeps with the same results have the same table.
     """
     differing = differing_keys(list(runs.values()))
     rows = []
+    seed_keys = dict.fromkeys(key for run in runs.values() for key in run.settings if is_seed(key))
+    own_seeds = {
+        key
+        for key in seed_keys
+        for run in runs.values()
+        if key == "seed" or run.settings.get(key) != run.settings.get("seed")
+    }
     for name, run in runs.items():
-        seeds = {key: value for key, value in run.settings.items() if is_seed(key)}
+        seeds = {key: run.settings.get(key) for key in seed_keys if key in own_seeds}
         settings = {key: plain(run.settings.get(key)) for key in differing}
         rows.append({**settings, **seeds, "fold": run.fold, **run.metrics, "run": name})
     table = pd.DataFrame(rows)

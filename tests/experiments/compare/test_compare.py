@@ -23,7 +23,10 @@ ERRORS = {2: [1.5, 1.7, 1.9], 3: [1.0, 1.1, 1.5]}
 
 def make_run(folder, hidden, seed, error, state="finished", fold=None):
     (folder / ".hydra").mkdir(parents=True)
-    settings = {"seed": seed, "data_root": "/anywhere", "model": {"hidden": hidden, "odd": True}}
+    settings = {
+        "seed": seed, "data_root": "/anywhere", "model": {"hidden": hidden, "odd": True},
+        "training": {"seed": seed}, "data": {"seed": 7},
+    }  # fmt: skip
     OmegaConf.save(OmegaConf.create(settings), folder / ".hydra" / "config.yaml")
     overrides = [f"seed={seed}", f"model.hidden={hidden}", "+note='two words'", "data_root=/x"]
     OmegaConf.save(OmegaConf.create(overrides), folder / ".hydra" / "overrides.yaml")
@@ -69,6 +72,8 @@ def test_configurations_are_ranked_by_their_mean_over_seeds(sweep):
     assert best["n"] == 3
     assert "model.odd" not in table  # the same everywhere
     assert "data_root" not in table
+    assert "training.seed" not in table  # always equal to seed
+    assert list(table["data.seed"]) == [7] * 6
     pd.testing.assert_frame_equal(pd.read_parquet(sweep / "runs.parquet"), table, check_dtype=False)
     assert "best: narx-train model.hidden=3 '+note='\"'\"'two words'\"'\"''" in said
     assert "unfinished runs left out: 1" in said
