@@ -44,8 +44,9 @@ def test_float_stays_with_the_package(hour, export_format, minutes):
     assert 0.01 < np.isnan(rates).any(axis=2).mean() < 0.03
     of_samples, of_packets = hour.differences(export_format, "float", rates, interval_s)
     assert of_samples.max() < 1e-4
-    # with lost packets a decision may fall on another sample
-    assert of_packets.max() < 1e-3
+    # its frontal angle drifts to 50 degrees, where a difference in the tilt turns the heading
+    assert of_packets[:2].max() < 1e-4
+    assert of_packets[2] < 2e-4
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
