@@ -109,3 +109,11 @@ def test_the_interval_is_the_expanded_percentile_of_all_resamples():
     np.testing.assert_allclose(
         [found.low, found.high], np.quantile(means, [tail, 1 - tail]), atol=0.05
     )
+
+
+def test_values_without_a_finite_spread_are_bounded_by_their_ends():
+    found = bootstrap_mean([1.0, np.inf])
+    assert (found.mean, found.low, found.high) == (np.inf, 1.0, np.inf)
+    # the mean of three times 0.1 is rounded; the ends are not
+    found = bootstrap_mean([0.1, 0.1, 0.1])
+    assert (found.low, found.high) == (0.1, 0.1)

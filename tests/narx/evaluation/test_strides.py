@@ -1,5 +1,7 @@
 """Strides of a comparison: segmentation and measures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,3 +51,14 @@ def test_waveforms_are_averaged_by_subject():
     np.testing.assert_allclose(reference[0], 20 * np.cos(np.linspace(0, 2 * np.pi, 101)), atol=1e-3)
     assert mean_waveforms(sets, "narx", 2)[0].shape == (0, 101)
     assert mean_waveforms(sets, "unknown", 0)[0].shape == (0, 101)
+
+
+def test_every_stride_of_a_subject_counts_alike():
+    """Two trials of 17 strides and 5: not the mean of the trials' means."""
+    long, short = (cut_strides(walk("A", t), np.arange(0.0, t)) for t in (20.0, 8.0))
+    short = replace(short, reference_deg=2.0 * short.reference_deg)
+    n_long, n_short = len(long.reference_deg), len(short.reference_deg)
+    assert n_long != n_short
+    reference, _ = mean_waveforms([long, short], "narx", 0)
+    expected = 20.0 * (n_long + 2.0 * n_short) / (n_long + n_short)
+    np.testing.assert_allclose(reference[0, 0], expected, atol=1e-3)

@@ -60,3 +60,10 @@ def test_not_defined():
     many = smooth_noise(rng, 8)
     assert waveform_test(many, many + 1.0) is None
     assert waveform_test(np.empty((0, 101)), np.empty((0, 101))) is None
+
+
+def test_the_largest_difference_is_that_of_the_means():
+    """Subjects that differ in opposite directions differ by 1 degree on average."""
+    estimate = 1.0 + np.array([[-3.0], [0.0], [3.0]]) * (1.5 + np.sin(PERCENT / 100.0))
+    found = waveform_test(np.zeros((3, 101)), estimate)
+    assert found.largest_difference_deg == pytest.approx(1.0)

@@ -41,3 +41,8 @@ def test_what_does_not_vary_is_refused(values):
         Normalisation.fit(np.array(values), ANGLES, "std")
     with pytest.raises(ValueError, match="is none of"):
         Normalisation.fit(RATES, ANGLES, "unit")
+
+
+def test_the_largest_magnitude_may_be_negative():
+    found = Normalisation.fit(np.array([-4.0, 1.0]), np.array([-5.0, 2.0]), "max_abs")
+    assert (found.rate_scale_rad_s, found.angle_scale_rad) == (4.0, 5.0)

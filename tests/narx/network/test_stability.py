@@ -129,3 +129,13 @@ def test_the_excursion_is_that_of_ten_times_the_rates():
     size = min(statement.rate_range_rad_s, leak * statement.angle_range_rad)
     constant = 10.0 * size * statement.gain_at_zero_frequency_s
     assert statement.excursion_rad == pytest.approx(constant, rel=0.15)
+
+
+def test_the_sign_of_a_neuron_does_not_change_the_bound():
+    """Tanh is odd: with both its weights negated, a neuron computes the same."""
+    model = linear_network(0.9, 0.0, 0.01)
+    expected = stability_statement(model).output_bound_rad
+    with torch.no_grad():
+        for weights in (model.structure.w1, model.structure.b1, model.structure.w2):
+            model.weights[weights] *= -1.0
+    assert stability_statement(model).output_bound_rad == pytest.approx(expected)

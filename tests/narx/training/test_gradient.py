@@ -1,0 +1,54 @@
+"""Cost and gradient of the gradient optimisers, against finite differences and the prior."""
+
+import numpy as np
+import pytest
+import torch
+
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
+from narx.training.batch import Batch
+from narx.training.gradient import _compiled
+from narx.training.initial_weights import leaky_integrator_weights, typical_sizes
+from narx.training.objective import Objective
+from narx.training.stages import stages_of
+
+
+@pytest.fixture
+def cost():
+    """Cost in deg^2 and its gradient as a function of the weights, for a strength of the prior."""
+    rng = np.random.default_rng(0)
+    model = Narx(20.0, Normalisation(2.0, 0.3))
+    start = torch.from_numpy(0.1 * rng.normal(size=(2, 3)))
+    batch = Batch(
+        torch.from_numpy(rng.normal(size=(2, 60, 3))),
+        torch.from_numpy(0.2 * rng.normal(size=(2, 60, 3))),
+        model.initial_state(start),
+        start,
+        torch.ones(2, dtype=torch.float64),
+    )
+
+    def with_prior(prior_deg2):
+        (stage,) = stages_of(model, batch, Objective(), ["closed"], prior_deg2)
+        return _compiled(stage)
+
+    # away from the centre of the prior, each weight by its own share of its typical size
+    size = typical_sizes(model)
+    share = 0.3 * rng.normal(size=len(size))
+    return with_prior, leaky_integrator_weights(model) + share * size, size, share
+
+
+@pytest.mark.parametrize("prior_deg2", [0.0, 500.0])
+def test_the_gradient_is_that_of_finite_differences(cost, prior_deg2):
+    with_prior, weights, size, _ = cost
+    value = with_prior(prior_deg2)
+    steps = 1e-5 * np.diag(size)
+    slopes = [(value(weights + d)[0] - value(weights - d)[0]) / 2e-5 for d in steps]
+    scaled = value(weights)[1] * size
+    np.testing.assert_allclose(scaled, slopes, rtol=1e-4, atol=1e-6 * np.abs(scaled).max())
+
+
+def test_the_prior_costs_its_mean_square_per_typical_size(cost):
+    """In deg^2: a weight changed by its typical size costs `prior_deg2`, in any unit."""
+    with_prior, weights, _, share = cost
+    added = with_prior(7.0)(weights)[0] - with_prior(0.0)(weights)[0]
+    assert added == pytest.approx(7.0 * np.sum(share**2))
