@@ -175,3 +175,13 @@ def test_a_recording_that_stands_still_throughout_is_tilt(motion):
 def test_it_needs_the_whole_recording():
     with pytest.raises(MethodNotApplicableError, match="two_point needs the whole recording"):
         TwoPoint().recursion(100.0, 1, None)
+
+
+def test_the_integral_starts_from_the_tilt_of_the_first_sample(motion):
+    walk = motion("stand_walk_stand", 100.0, 20.0).signals
+    force = walk.specific_force_m_s2.copy()
+    force[0] = GRAVITY_M_S2 * np.array([np.sin(0.1), 0.0, np.cos(0.1)])
+    parts = TwoPoint(4.0, 16.0).parts(replace(walk, specific_force_m_s2=force))
+    tilt = tilt_from_specific_force(force[:1])[0]
+    assert abs(tilt).max() == pytest.approx(0.1)
+    np.testing.assert_allclose(parts.gyroscope_angles_rad[0, :2], tilt[:2], atol=1e-3)

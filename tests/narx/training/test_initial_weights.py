@@ -64,3 +64,13 @@ def test_odd_networks_start_without_biases():
     network = model()
     weights = random_weights(network, np.random.default_rng(1))
     assert not weights[~network.trainable.numpy()].any()
+
+
+def test_at_rest_random_weights_with_biases_have_the_linear_response():
+    """The derivative of w2 tanh(w1 z + b1) at z = 0, with biases where tanh is far from linear."""
+    network = model(odd=False)
+    weights = random_weights(network, np.random.default_rng(2), leak_rad_s=(0.15, 0.15), slope=1.0)
+    s = network.structure
+    w1 = weights[s.w1].reshape(s.hidden, -1)
+    slopes = weights[s.w2] / np.cosh(weights[s.b1]) ** 2
+    np.testing.assert_allclose(slopes @ w1, leaky_integrator(network, 0.15), atol=1e-12)

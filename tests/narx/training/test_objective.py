@@ -156,3 +156,12 @@ def test_a_leaky_integrator_returns_as_asked():
     assert error_deg(resting, 0.3) < 0.05
     assert error_deg(resting, 0.1) > 1.0
     assert error_deg(resting, 0.9) > 1.0
+
+
+def test_torch_and_the_compiled_loop_have_the_same_errors_free_of_their_mean(model, sequences):
+    """The mean is that of the scored samples alone: two of the sequences have others."""
+    objective = Objective(offset_free=True)
+    problem, _ = closed_loop_fit(model, sequences, objective, "test")
+    squares = problem.residuals(model.weights.detach()).square().sum()
+    expected, _ = cost_and_gradient(objective, model, sequences)
+    np.testing.assert_allclose(squares / problem.total_weight, expected, rtol=1e-9)
