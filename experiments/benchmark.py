@@ -220,7 +220,7 @@ def _benchmark(cfg: DictConfig) -> None:
             checkpoints.save(network, directory / "networks" / f"{safe_name(fold, 120)}.pt")
         summary = write_report(report, cfg, gathered, directory, log)
     print(summary)
-    print(f"\nresults.csv, summary.md, figures and TensorBoard events: {directory}")
+    print(f"\nAll tables: {directory / 'summary.md'}\nresults.csv, figures and events: {directory}")
 
 
 def by_fold(

@@ -1,7 +1,7 @@
 """Write the output of a report: summary.md, figures, TensorBoard."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -13,6 +13,8 @@ from narx.experiments.gathered import Gathered
 from narx.experiments.reports.networks import about_network, training_history_figure
 from narx.experiments.reports.report import Report, Section
 from narx.experiments.runs.record import write_json
+from narx.experiments.tables.comparison import QUANTITIES
+from narx.experiments.tables.overview import overview_table
 from narx.experiments.tensorboard_log import TensorBoardLog
 from narx.files import atomic_path, safe_name
 
@@ -41,22 +43,21 @@ def write_report(
     Returns
     -------
     str
-        Content of ``summary.md``.
+        The start of ``summary.md``: one table per metric, the networks, and what was left out.
 
     Raises
     ------
     UserError
         If the results lack the data for the report's tables.
     """
-    sections: list[Section] = [_heading(gathered), *report.sections(cfg, gathered)]
-    sections += [about_network(fold, network) for fold, network in gathered.networks.items()]
-    sections += about_refusals(gathered.refusals)
-    text = "\n\n".join(
-        section if isinstance(section, str) else section.to_markdown().strip()
-        for section in sections
-    )
+    start: list[Section] = [_heading(gathered)]
+    start += [
+        overview_table(gathered.results, quantity, gathered.not_causal) for quantity in QUANTITIES
+    ]
+    start += [about_network(fold, network) for fold, network in gathered.networks.items()]
+    start += about_refusals(gathered.refusals)
     with atomic_path(directory / "summary.md") as temporary:
-        temporary.write_text(text + "\n")
+        temporary.write_text(_as_text([*start, *report.sections(cfg, gathered)]) + "\n")
     figures = report.figures(cfg, gathered)
     for fold, network in gathered.networks.items():
         if "report" in network.history:
@@ -64,7 +65,14 @@ def write_report(
     write_json(log.results(gathered.results), directory / "metrics.json")
     for name, path in save_figures(figures, directory).items():
         log.figure(name, path)
-    return text
+    return _as_text(start)
+
+
+def _as_text(sections: Iterable[Section]) -> str:
+    return "\n\n".join(
+        section if isinstance(section, str) else section.to_markdown().strip()
+        for section in sections
+    )
 
 
 def save_figures(figures: Mapping[str, Figure], directory: Path) -> dict[str, Path]:
