@@ -398,3 +398,31 @@ def test_the_form_of_a_public_example(tmp_path):
     assert len(trial.imus) == 16
     assert {"thigh_left", "shank_right", "foot_left", "pelvis", "head"} <= set(trial.imus)
     assert trial.sampling_rate_hz == rate_hz
+
+
+# bids-examples, motion_spotrotation (HTCVive) and motion_dualtask (PhaseSpace1): points, kinds and
+# components of their channels, units, rates and the latency's unit; the signals are made up here
+_QUATERNION = ("quat_w", "quat_x", "quat_y", "quat_z")
+
+
+@pytest.mark.parametrize(
+    ("system", "point", "angles", "unit", "rate_hz"),
+    [
+        ("HTCVive", "headRigid", _QUATERNION, "n/a", 89.3015261895807),
+        ("PhaseSpace1", "Rigid1", ("x", "y", "z"), "rad", 480.118858611427),
+    ],
+)
+def test_public_examples_without_a_gyroscope(tmp_path, system, point, angles, unit, rate_hz):
+    channels = _channels(point, "ORNT", angles, unit) + _channels(point, "POS", "xyz", "m")
+    channels += _channels(point, "MISC", ("n/a",), "n/a")
+    channels += _channels(system, "LATENCY", ("n/a",), "seconds")
+    values = np.zeros((200, len(channels)))
+    values[:, 0] = 1.0
+    values[:, -1] = np.arange(200) / rate_hz
+    _write(tmp_path, system, rate_hz, channels, values, run="")
+    source = MotionBids(root=tmp_path)
+    with pytest.raises(
+        UserError, match=rf"tracksys-{system}_motion.tsv: no channel of type GYRO"
+    ) as refused:
+        source.load("07", "walk", "1")
+    assert "\n" not in str(refused.value)
