@@ -199,3 +199,20 @@ def test_the_knee_rotates_calibrated_frames_by_less_than_their_uncertainty():
         np.testing.assert_allclose(turn[:2], 0.0, atol=1e-9)
         limit = LEG_HEADING_SD_DEG[segment.startswith("shank")]
         assert 0.0 < np.degrees(abs(turn[2])) < limit
+
+
+def test_what_counts_as_walking_does_not_depend_on_the_rate():
+    """A knee that bends at 0.6 Hz, near the edge of the band: at 100 Hz as at 50 Hz."""
+    flexion = 25.0 * np.sin(2 * np.pi * 0.6 * _TIME_S)
+    still = np.zeros((len(_TIME_S), 3))
+    knee = np.radians(np.column_stack([flexion, still[:, 0], still[:, 0]]))
+    thigh = orientation_from_angles(still)
+    shank = orientation_from_joint_angles(knee, thigh)
+    leg = [Rotation.from_quat(q, scalar_first=True) for q in (thigh, shank)]
+    rates = [_faced(segment, error) for segment, error in zip(leg, (8.0, -5.0), strict=True)]
+    fast, slow = (
+        np.degrees(knee_headings(*(r[::n] for r in rates), _RATE_HZ / n, (4.0, 4.0)))
+        for n in (1, 2)
+    )
+    np.testing.assert_allclose(fast, slow, atol=0.01)
+    assert 0.5 < abs(fast[1]) < 0.9

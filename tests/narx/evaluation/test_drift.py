@@ -256,3 +256,10 @@ def test_two_blocks_in_a_window_are_too_few():
     time_s = np.arange(0.0, 500.0, 0.1)
     with pytest.raises(MethodNotApplicableError, match=r"2 blocks of 100 s .* expected three"):
         drift_test(time_s, 0.1 * np.sin(time_s), window_s=250.0, block_s=100.0)
+
+
+def test_the_last_window_ends_with_the_recording():
+    """1,000 s hold three windows of 300 s; the error begins with the last of them, at 700 s."""
+    time_s = np.arange(0.0, 1000.0, 0.1)
+    found = drift_test(time_s, np.radians(np.where(time_s < 700.0, 0.0, 1.0)), quantity="bias")
+    assert (found.first_deg, found.last_deg) == pytest.approx((0.0, 1.0))

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from narx.calibration.calibrate import calibrate
 from narx.datasets.neura_sample import NeuraSample
 from narx.errors import RecordingError
-from narx.inference.mounting import mounting_note
+from narx.inference.mounting import _periodicity, mounting_note
 
 
 def _note(rate, sampling_rate_hz=50.0, has_accelerometer=False, is_assumed=True):
@@ -107,3 +107,11 @@ def test_the_sensors_of_a_recorded_walk(data_root):
         assert "expected y" in note
         (note,) = _note(rate * [-1, -1, 1], trial.sampling_rate_hz)
         assert "as if y pointed to the right" in note
+
+
+@pytest.mark.parametrize("n_strides", [2, 3, 7])
+def test_a_periodic_rate_has_a_periodicity_of_one(n_strides):
+    """Also if few strides overlap, and most of the energy is in a few samples."""
+    stride = np.zeros(50)
+    stride[[0, 1, 24, 49]] = [3.0, -2.0, 1.0, 5.0]
+    assert _periodicity(np.tile(stride, n_strides), 50.0) == pytest.approx(1.0, abs=1e-12)

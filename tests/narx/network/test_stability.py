@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 import torch
+from scipy import signal
 
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
-from narx.network.stability import stability_statement
+from narx.network.stability import _rates, stability_statement
 from narx.training.initial_weights import random_weights
 
 RATE_HZ = 50.0
@@ -139,3 +140,15 @@ def test_the_sign_of_a_neuron_does_not_change_the_bound():
         for weights in (model.structure.w1, model.structure.b1, model.structure.w2):
             model.weights[weights] *= -1.0
     assert stability_statement(model).output_bound_rad == pytest.approx(expected)
+
+
+def test_a_leaky_integrator_swings_through_the_tested_range_at_every_frequency():
+    """Rates are those of an angle of the given size, unless they exceed the range of rates."""
+    leak, rate_hz, n = 1.5, 200.0, 5
+    rates = _rates(rate_hz, 60.0, 3.0, 0.5, leak, n, seed=0)[n : 2 * n].numpy()
+    keep = np.exp(-leak / rate_hz)
+    angles = signal.lfilter([(1.0 - keep) / leak], [1.0, -keep], rates, axis=1)
+    reached = np.abs(angles[:, int(20 * rate_hz) :]).max(axis=(1, 2))
+    limited = np.abs(rates).max(axis=(1, 2)) > 2.9
+    assert limited.tolist() == [False, False, False, True, True]
+    np.testing.assert_allclose(reached[~limited], 0.5, rtol=0.02)

@@ -7,7 +7,7 @@ import torch
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.training.batch import Batch
-from narx.training.gradient import _compiled
+from narx.training.gradient import Lbfgs, _compiled
 from narx.training.initial_weights import leaky_integrator_weights, typical_sizes
 from narx.training.objective import Objective
 from narx.training.stages import stages_of
@@ -52,3 +52,12 @@ def test_the_prior_costs_its_mean_square_per_typical_size(cost):
     with_prior, weights, _, share = cost
     added = with_prior(7.0)(weights)[0] - with_prior(0.0)(weights)[0]
     assert added == pytest.approx(7.0 * np.sum(share**2))
+
+
+@pytest.mark.parametrize(("fall", "settled"), [(0.9e-3, True), (1.1e-3, False)])
+def test_training_ends_when_the_cost_falls_by_less_than_asked_per_iteration(fall, settled):
+    """The mean over the last ten iterations, relative to the cost before them."""
+    costs = [200.0, 100.0 * (1.0 + fall)] + [100.0 * (1.0 - k * fall) for k in range(11)]
+    optimizer = Lbfgs(cost_change=1e-3)
+    assert optimizer._settled(costs) == settled
+    assert not optimizer._settled(costs[-10:])

@@ -93,3 +93,18 @@ def test_targets_that_do_not_follow_the_gyroscope_are_unchanged():
 def test_clocks_that_were_never_aligned_are_refused(lag_s, how):
     with pytest.raises(UserError, match=rf"walk is at least 50 ms {how}; .*align_clock=false"):
         target_lag_s([walk(lag_s)])
+
+
+@pytest.mark.parametrize(("explained", "found"), [(0.4, False), (0.6, True)])
+def test_half_of_the_variance_has_to_be_explained(explained, found):
+    """Noise is added until the gyroscope explains the given share of the target's changes."""
+    late = walk(0.004)
+    noise = np.random.default_rng(1).standard_normal(late.target_rad.shape)
+
+    def power(angles):  # of the changes over a quarter of a second, sagittal and frontal
+        return np.sum((angles[25:, :2] - angles[:-25, :2]) ** 2)
+
+    noise *= np.sqrt(power(late.target_rad) / power(noise) * (1.0 - explained) / explained)
+    lag_s = target_lag_s([TrainingSequence("walk", late.signals, late.target_rad + noise)])
+    assert (lag_s is not None) == found
+    assert lag_s is None or lag_s == pytest.approx(0.004, abs=0.005)
