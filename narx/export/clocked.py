@@ -6,8 +6,9 @@ tracker counts the time), and samples that
 come at other times than the network's ticks are brought there by their intervals.
 
 The state is the recurrence's, followed by the latest sample (3 or 6), 1 once there was one, the
-time since it, the time by which it came after its tick (s), and how the present sample arrived (a
-`narx.inference.stream.Quality`).
+time since it, the time by which it came after its tick (s), the digits that these two lose, and how
+the present sample arrived (a `narx.inference.stream.Quality`). Without these digits two precisions
+would, after some thousand samples with jitter, differ in whether a sample is before a tick.
 """
 
 import torch
@@ -68,7 +69,7 @@ class ClockedRecurrence(nn.Module):
             ("codes", (ARRIVED, AFTER_PAUSE, MISSING, STARTING, DOUBTFUL)),
         ):
             self.register_buffer(name, torch.tensor(value, dtype=torch.float64))
-        self.state_size = self.recurrence.state_size + self.n_inputs + 4
+        self.state_size = self.recurrence.state_size + self.n_inputs + 5
 
     def start(self, initial_angles: Tensor, known: Tensor) -> Tensor:
         """Create the state before the first sample.
@@ -85,7 +86,7 @@ class ClockedRecurrence(nn.Module):
         Tensor, shape (..., state_size)
             State.
         """
-        clock = torch.cat([torch.zeros_like(known)] * (self.n_inputs + 4), dim=-1)
+        clock = torch.cat([torch.zeros_like(known)] * (self.n_inputs + 5), dim=-1)
         return torch.cat([self.recurrence.start(initial_angles, known), clock], dim=-1)
 
     def arrive(
@@ -115,7 +116,7 @@ class ClockedRecurrence(nn.Module):
             How far two ticks are apart, in the same shares.
         lost_s : Tensor, shape (..., 1)
             Time of a gap that the recurrence is given before it advances, s.
-        clock : Tensor, shape (..., n_inputs + 4)
+        clock : Tensor, shape (..., n_inputs + 5)
             The clock's state afterwards.
         """
         clock, latest_at = state[..., self.recurrence.state_size :], self.n_inputs
@@ -125,13 +126,20 @@ class ClockedRecurrence(nn.Module):
         timely = interval_s > 0.0
         there = (torch.abs(inputs) <= self.limits).all(-1, keepdim=True) & timely
         passed = torch.where(timely, interval_s, torch.zeros_like(interval_s))
-        since = torch.minimum(before + passed, self.longest_pause_s)
+        since = before + passed
+        lower = clock[..., latest_at + 3 : latest_at + 4] + _lost_digits(before, passed, since)
+        lower = torch.where(since < self.longest_pause_s, lower, torch.zeros_like(lower))
+        since = torch.minimum(since, self.longest_pause_s)
         paused = (seen == 0.0) | (since > self.max_gap_s * (1.0 + self.on_tick))
         elapsed = late + since
         due = torch.floor(elapsed / self.interval_s + self.on_tick)
-        rest = (elapsed - due * self.interval_upper_s) - due * self.interval_lower_s
-        rest = torch.where(rest < self.on_tick * self.interval_s, torch.zeros_like(rest), rest)
-        rest = torch.where(paused, torch.zeros_like(rest), rest)
+        whole = elapsed - due * self.interval_upper_s
+        digits = (lower + _lost_digits(late, since, elapsed)) - due * self.interval_lower_s
+        rest = whole + digits
+        digits = digits - (rest - whole)
+        on_tick = paused | (rest < self.on_tick * self.interval_s)
+        rest = torch.where(on_tick, torch.zeros_like(rest), rest)
+        digits = torch.where(on_tick, torch.zeros_like(digits), digits)
         due = torch.where(paused, torch.ones_like(due), due)
         share = 1.0 / torch.where(paused | ~there, torch.ones_like(since), since)
         # after a pause there is nothing to interpolate from: the sample is used unchanged
@@ -147,6 +155,7 @@ class ClockedRecurrence(nn.Module):
                 torch.maximum(seen, flag),
                 torch.where(there, torch.zeros_like(since), since),
                 torch.where(there, rest, late),
+                torch.where(there, digits, lower),
                 torch.where(there, arrived, self.codes[2]),
             ],
             dim=-1,
@@ -286,3 +295,9 @@ class ClockedRecurrence(nn.Module):
         deviations = self.recurrence.deviations(state[..., : self.recurrence.state_size])
         missing = state[..., -1:] == self.codes[2]
         return torch.where(missing, torch.full_like(deviations, float("nan")), deviations)
+
+
+def _lost_digits(one: Tensor, other: Tensor, total: Tensor) -> Tensor:
+    """Give what the rounded sum of two numbers lacks, exactly (Knuth's two-sum)."""
+    added = total - one
+    return (one - (total - added)) + (other - added)

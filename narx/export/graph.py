@@ -11,8 +11,8 @@ from torch._higher_order_ops.while_loop import while_loop_op
 from narx.export.clocked import ClockedRecurrence
 from narx.inference.checkpoint import Checkpoint
 
-# (axis_rates (B, N, C), interval_s (B, N), state (B, S)) -> angles (B, N, 3)
-GraphRunner = Callable[[Tensor, Tensor, Tensor], Tensor]
+# (axis_rates (B, N, C), interval_s (B, N), state (B, S)) -> angles (B, N, 3), new state (B, S)
+GraphRunner = Callable[[Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
 INPUTS = ("axis_rates", "interval_s", "state")
 OUTPUTS = ("angles", "new_state", "std_rad", "quality")
 

@@ -3,12 +3,11 @@
 import importlib.util
 from pathlib import Path
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from narx.errors import UserError
-from narx.export.graph import INPUTS, GraphRunner
+from narx.export.graph import INPUTS, OUTPUTS, GraphRunner
 
 IDENTITY_KEY = "narx"
 _LIBRARIES = ("onnx", "onnxscript", "onnxruntime")
@@ -71,10 +70,10 @@ def loaded(data: bytes) -> GraphRunner:
     options.log_severity_level = 3  # onnxruntime warns about unused constants left by the exporter
     session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
 
-    def run(*inputs: Tensor) -> Tensor:
+    def run(*inputs: Tensor) -> tuple[Tensor, Tensor]:
         feed = {name: value.numpy() for name, value in zip(INPUTS, inputs, strict=True)}
-        angles: np.ndarray = session.run(["angles"], feed)[0]
-        return torch.from_numpy(angles)
+        angles, new_state = (torch.from_numpy(part) for part in session.run(OUTPUTS[:2], feed))
+        return angles, new_state
 
     return run
 

@@ -87,6 +87,15 @@ ${network}
 ${recurrence}
 /* ---- samples, missing samples and time ---- */
 
+/* Adds to a time and keeps what rounding loses: two precisions would soon disagree on whether a
+   sample with jitter is before a tick. */
+static narx_real plus(narx_real sum, narx_real time_s, narx_real *lower)
+{
+    const narx_real total = sum + time_s, added = total - sum;
+    *lower += (sum - (total - added)) + (time_s - added);
+    return total;
+}
+
 static int usable(const narx_real inputs[NARX_INPUTS])
 {
     int i;
@@ -107,12 +116,14 @@ void narx_start(narx_state *state, const narx_real *initial_angles)
 void narx_step_after(narx_state *state, narx_real interval_s, const narx_real inputs[NARX_INPUTS],
                      narx_real angles[3])
 {
-    narx_real rest = 0;
+    narx_real rest = 0, lower = 0;
     int due = 1, paused, axis, i;
     if (interval_s > 0) {
-        state->since_s += interval_s;
-        if (!(state->since_s < LONGEST_PAUSE_S))
+        state->since_s = plus(state->since_s, interval_s, &state->lower_s);
+        if (!(state->since_s < LONGEST_PAUSE_S)) {
             state->since_s = LONGEST_PAUSE_S;
+            state->lower_s = 0;
+        }
     }
     if (!(interval_s > 0) || !usable(inputs)) {
         angles[0] = angles[1] = angles[2] = NAN;
@@ -122,11 +133,15 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
     }
     paused = !state->seen || state->since_s > NARX_MAX_GAP_S * (1 + ON_TICK);
     if (!paused) {
-        const narx_real elapsed = state->past_s + state->since_s;
+        const narx_real elapsed = plus(state->past_s, state->since_s, &state->lower_s);
+        narx_real whole;
         due = (int)(elapsed * NARX_SAMPLING_RATE_HZ + ON_TICK);
-        rest = elapsed - (narx_real)due * INTERVAL_UPPER_S - (narx_real)due * INTERVAL_LOWER_S;
+        whole = elapsed - (narx_real)due * INTERVAL_UPPER_S;
+        lower = state->lower_s - (narx_real)due * INTERVAL_LOWER_S;
+        rest = whole + lower;
+        lower -= rest - whole;
         if (rest < ON_TICK * INTERVAL_S)
-            rest = 0;
+            rest = lower = 0;
     }
 #if LOST_MOST > 0
     else {
@@ -148,6 +163,7 @@ void narx_step_after(narx_state *state, narx_real interval_s, const narx_real in
     state->seen = 1;
     state->since_s = 0;
     state->past_s = rest;
+    state->lower_s = lower;
     state->on_tick = !(rest > 0);
     memcpy(angles, state->angles, sizeof state->angles);
     if (rest > 0) {

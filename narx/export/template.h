@@ -42,6 +42,7 @@ typedef struct {
     narx_real latest[NARX_INPUTS]; /* latest sample */
     narx_real since_s;             /* time since the latest sample */
     narx_real past_s;              /* delay of that sample after its tick */
+    narx_real lower_s;             /* digits that the two times lose */
     unsigned char known;           /* whether the start pose was given */
     unsigned char seen;            /* whether there has been a sample */
     unsigned char on_tick;         /* whether the latest one was on its tick */

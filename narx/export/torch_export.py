@@ -45,9 +45,9 @@ def loaded(data: bytes) -> GraphRunner:
     """
     module = torch.export.load(io.BytesIO(data)).module()
 
-    def run(axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> Tensor:
+    def run(axis_rates: Tensor, interval_s: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
         with torch.no_grad():
-            angles: Tensor = module(axis_rates, interval_s, state)[0]
-        return angles
+            angles, new_state, *_ = module(axis_rates, interval_s, state)
+        return angles, new_state
 
     return run

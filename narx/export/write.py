@@ -175,7 +175,8 @@ def runner(checkpoint: Checkpoint, export_format: str, built: Built) -> Runner:
     Returns
     -------
     callable
-        From inputs, times since the samples before and known start poses to angles.
+        From inputs, times since the samples before and known start poses to angles; a graph is
+        given blocks of random size.
     """
     if isinstance(built, dict):
         return c.loaded(c.stamped(built, "narx", ""))
@@ -196,6 +197,19 @@ def runner(checkpoint: Checkpoint, export_format: str, built: Built) -> Runner:
         poses = torch.zeros_like(signals[0][:, 0, :3]) if start is None else torch.from_numpy(start)
         flag = torch.full_like(poses[:, :1], 0.0 if start is None else 1.0)
         state = ClockedRecurrence(checkpoint).to(poses.dtype).start(poses, flag)
-        return np.asarray(graph(*signals, state))
+        blocks = []
+        for rates_of_block, interval_s_of_block in zip(*_in_blocks(signals), strict=True):
+            angles, state = graph(rates_of_block, interval_s_of_block, state)
+            blocks.append(angles)
+        return np.asarray(torch.cat(blocks, dim=1))
 
     return run_graph
+
+
+def _in_blocks(signals: tuple[torch.Tensor, ...]) -> list[list[torch.Tensor]]:
+    """Divide signals (B, N, ...) into blocks of random size, as a stream would give them."""
+    rng, n_samples = np.random.default_rng(0), signals[0].shape[1]
+    sizes: list[int] = []
+    while sum(sizes) < n_samples:
+        sizes.append(min(int(rng.integers(1, 1000)), n_samples - sum(sizes)))
+    return [[block.contiguous() for block in part.split(sizes, dim=1)] for part in signals]

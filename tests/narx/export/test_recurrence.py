@@ -75,7 +75,7 @@ def test_a_missing_sample_changes_only_the_time(checkpoint):
         angles, after = narx.step(torch.tensor([0.1, bad, 0.1], dtype=torch.float64), state)
         assert angles.isnan().all()
         # the time since the latest sample, how late that was, and that this one is missing
-        assert torch.equal(after[:-3], state[:-3])
+        assert torch.equal(after[:-4], state[:-4])
         assert after.isfinite().all()
 
 
@@ -86,6 +86,23 @@ def test_no_interval_leaves_nan_in_the_state(checkpoint):
     for bad in (0.0, -1.0, float("nan"), float("inf"), 1e300):
         _, after = narx.step(rates, state, torch.tensor(bad, dtype=torch.float64))
         assert after.isfinite().all()
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_float_does_not_drift_from_the_ticks(checkpoint):
+    shape = (300, 40, 1)
+    interval_s = torch.from_numpy(np.random.default_rng(0).uniform(0.03, 0.05, shape)).float()
+    late_s = []
+    for dtype in (torch.float32, torch.float64):
+        clocked = ScriptedNarx(checkpoint).to(dtype).clocked
+        state = clocked.start(torch.zeros(40, 3, dtype=dtype), torch.zeros(40, 1, dtype=dtype))
+        samples, size = torch.zeros(40, 3, dtype=dtype), clocked.recurrence.state_size
+        for interval in interval_s.to(dtype):
+            *_, clock = clocked.arrive(samples, interval, state)
+            state = torch.cat([state[:, :size], clock], dim=1)
+        late_s.append(clock[:, 5].double() + clock[:, 6].double())
+    # the rounding errors of float would add up to some 1e-8
+    torch.testing.assert_close(late_s[0], late_s[1], atol=1e-9, rtol=0.0)
 
 
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
