@@ -90,6 +90,20 @@ def test_mounting_and_bias_are_recovered_despite_tracking_faults(motion):
     assert found.residual_rad_s < 0.05
 
 
+def test_scale_and_share_explained_are_those_of_a_regression(motion):
+    """A gyroscope with a scale of 0.8 and a bias, a sixth of whose power is of another motion."""
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    rates, other = motion[2](imu_time), _motion(seed=9)[2](imu_time)
+    other -= rates * np.sum(rates * other) / np.sum(rates**2)
+    gyroscope = 0.8 * rates + 0.36 * other + [1.0, -2.0, 0.5]
+    found = estimate_misalignment(imu_time, gyroscope, *_optical(motion, 62.5))
+    centred = [(values - values.mean(axis=0)).ravel() for values in (gyroscope, rates)]
+    assert found.slope == pytest.approx(0.8, abs=0.03)
+    assert found.explained == pytest.approx(np.corrcoef(*centred)[0, 1] ** 2, abs=0.03)
+    assert 0.75 < found.explained < 0.92
+    assert found.explained_mirrored < 0.7
+
+
 def test_heading_misalignment_is_recovered(motion):
     imu_time = np.arange(0.5, 19.0, 1 / 100.0)
     turned = Rotation.from_euler("Z", 0.31).apply(motion[2](imu_time))

@@ -23,6 +23,7 @@ def holed(seconds, gap_s):
 @pytest.mark.parametrize(
     ("seconds", "gap_s", "kind", "note"),
     [
+        (20.0, 0.02, "interpolated", "1 gap of up to 0.02 s interpolated"),
         (20.0, 0.05, "interpolated", "1 gap of up to 0.05 s interpolated"),
         (20.0, 0.1, "interpolated", "1 gap of up to 0.1 s interpolated"),
         (20.0, 0.5, "filled", "1 gap of up to 0.5 s filled from the rhythm"),

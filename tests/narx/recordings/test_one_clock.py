@@ -1,0 +1,24 @@
+"""Accelerometer and gyroscope with rows of their own."""
+
+import numpy as np
+
+from narx.recordings.one_clock import at_gyroscope_times, union_of_rows
+from narx.recordings.trial import ImuRecording
+
+
+def test_usual_intervals_decide_although_the_recording_pauses():
+    """Gyroscope at 100 Hz, accelerometer at 50 Hz, which lacks seven samples; a pause of 130 s."""
+    turned_s = np.r_[np.arange(0.0, 10.0, 0.01), np.arange(140.0, 150.0, 0.01)]
+    pulled_s = np.r_[np.arange(0.002, 10.0, 0.02), np.arange(140.002, 150.0, 0.02)]
+    pulled_s = pulled_s[(pulled_s < 5.0) | (pulled_s > 5.16)]
+    rates = np.ones((len(turned_s), 3))
+    turned = ImuRecording("leg", turned_s, rates, np.full_like(rates, np.nan))
+    force = np.column_stack([pulled_s, 2.0 * pulled_s, np.full_like(pulled_s, 9.81)])
+    found = at_gyroscope_times(union_of_rows(turned, pulled_s, force))
+    np.testing.assert_array_equal(found.time_s, turned_s)
+    (note,) = found.notes
+    assert note.startswith("gyroscope at 100 Hz and accelerometer at 50 Hz on one time axis")
+    there = np.isfinite(found.accelerometer_m_s2).all(axis=1)
+    np.testing.assert_allclose(found.accelerometer_m_s2[there, 0], turned_s[there], atol=1e-9)
+    assert not there[(turned_s > 5.0) & (turned_s < 5.16)].any()
+    assert there[(turned_s > 0.01) & (turned_s < 4.9)].all()
