@@ -20,6 +20,7 @@ import numpy as np
 import pyarrow
 import pyarrow.parquet
 from omegaconf import DictConfig
+from threadpoolctl import threadpool_limits
 
 from narx.datasets import SimulatedGait, read_recording, write_recording
 from narx.errors import UserError
@@ -236,7 +237,8 @@ def _folder(cfg: DictConfig, folder: Path) -> None:
     for number in range(min(_TIMED_FILES, cfg.files)):
         recording = read_recording(begin / f"{number:04d}.csv")
         started = time.process_time()
-        predict(recording, method)
+        with threadpool_limits(1, user_api="blas"):  # as narx-predict
+            predict(recording, method)
         computing.append(time.process_time() - started)
     middle = folder / "angles" / f"{cfg.files // 2:04d}_csv_angles.csv"
     options = [f"input={begin}", f"output={folder / 'angles'}", f"jobs={cfg.jobs}"]

@@ -9,6 +9,7 @@ python -m experiments.predict data=study data_root=DIR output=angles
 from pathlib import Path
 
 from omegaconf import DictConfig
+from threadpoolctl import threadpool_limits
 
 from narx.errors import UserError
 from narx.experiments.command import command
@@ -28,6 +29,12 @@ from narx.experiments.predictions.single import predict_file
 
 
 def _predict(cfg: DictConfig) -> None:
+    # a recording's matrices are small: threads that wait for a share of them double the CPU time
+    with threadpool_limits(1, user_api="blas"):
+        _predict_all(cfg)
+
+
+def _predict_all(cfg: DictConfig) -> None:
     target = Path(str(cfg.output))
     if (cfg.input is None) == (not cfg.data):
         raise UserError("input and data: expected one of them, a file or a source of recordings")
