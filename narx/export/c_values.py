@@ -53,6 +53,11 @@ _TRACKER_NUMBERS = {
     "velocity_noise": kernel.VELOCITY_NOISE,
     "speed": kernel.SPEED,
     "leg_gain": kernel.LEG_GAIN,
+    "turning_gain": kernel.TURNING_GAIN,
+    "most_net": kernel.MOST_NET,
+    "reopened": kernel.REOPENED,
+    "delay_s": kernel.DELAY_S,
+    "alignment": kernel.ALIGNMENT,
 }
 
 

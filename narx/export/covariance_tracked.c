@@ -121,8 +121,11 @@ void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
         const narx_real *const relative = state->covariance[axis];
         const narx_real *const posture = state->covariance[CENTRE + axis];
         const narx_real variance =
-            relative[axis] + 2 * relative[CENTRE + axis] + posture[CENTRE + axis];
+            relative[axis] + 2 * relative[CENTRE + axis] + posture[CENTRE + axis] +
+            squared(DELAY_S * state->rates[axis][0]);
         deviation[axis] = variance > 0 ? growth * STD_SCALE[axis] * sqrt${f}(variance) : 0;
+        if (state->known && deviation[axis] < ALIGNMENT)
+            deviation[axis] = ALIGNMENT;
     }
 }
 

@@ -40,6 +40,11 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define REST_VARIANCE ${rest_variance}
 #define MOST_BIAS_SQUARE ${most_bias_square}
 #define LEG_GAIN ${leg_gain}
+#define TURNING_GAIN ${turning_gain}
+#define MOST_NET ${most_net}
+#define REOPENED ${reopened}
+#define DELAY_S ${delay_s}
+#define ALIGNMENT ${alignment}
 #define LEG_SKEWNESS ${leg_skewness}
 #define STD_GROWTH ${std_growth}
 #define MOST_GROWTH ${most_growth}
@@ -151,12 +156,15 @@ static int swing_ends(narx_state *s, narx_real own_sagittal)
 static int learn_from_swing(narx_state *s)
 {
     const narx_real turn = s->sum_turn / s->samples;
-    narx_real doubt = 1 + (squared(s->x[0] - s->before[0]) + squared(s->x[1] - s->before[1])) /
-                              RETURN_VARIANCE;
+    const narx_real net = squared(s->x[0] - s->before[0]) + squared(s->x[1] - s->before[1]);
+    narx_real doubt = 1 + net / RETURN_VARIANCE;
     int axis, walks;
     doubt += s->period_s > 0 ? squared((s->swing_s / s->period_s - 1) / PERIOD_SHARE) : 3;
     if (fabs${f}(turn) > TURN_LEAST)
         widen_posture(s, 2, squared(turn * s->swing_s));
+    if (net > MOST_NET && !s->known)
+        for (axis = 0; axis < 2; axis++)
+            s->covariance[axis][axis] += REOPENED;
     walks = doubt < MOST_DOUBT || s->covariance[0][0] > KNOWN_ENOUGH ||
             s->covariance[1][1] > KNOWN_ENOUGH;
     for (axis = 0; axis < 3; axis++) {
@@ -289,9 +297,11 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
         shift_heading(s, s->x[2] < 0 ? -HEADING_STEP : HEADING_STEP);
     memcpy(carried, s->x, sizeof carried);
     leak = share * (LEAK_RAD_S * INTERVAL_S);
-    coupling = fabs${f}(s->turn) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
+    /* over a stride the leg's own rotation has no mean, so that what remains is a turn */
+    s->turning += TURNING_GAIN * (turn - s->turning);
+    coupling = fabs${f}(s->turning) > TURN_LEAST ? INTERVAL_S * s->turn : 0;
     /* the mean heading turns with the person; a threshold would amplify rounding errors */
-    turned = limited(fabs${f}(s->turn) * PER_TURN_LEAST - 1);
+    turned = limited(fabs${f}(s->turning) * PER_TURN_LEAST - 1);
     s->x[CENTRE + 2] += INTERVAL_S * s->turn * turned;
     memset(&change, 0, sizeof change);
     for (axis = 0; axis < 3; axis++) {

@@ -5,7 +5,7 @@
     narx_real covariance[NARX_STATES][NARX_STATES];
     narx_real heading;                            /* total of the steps subtracted from x[2] */
     narx_real lower[4];                           /* rounding errors: posture, its variance */
-    narx_real turn;                               /* turn rate, averaged over half a second */
+    narx_real turn, turning;                      /* turn rate, averaged over a step, a stride */
     narx_real swing, high, low, span;             /* angle of the leg, turning points, range */
     narx_real swing_s, idle_s, period_s;          /* this swing, time since one, last swing */
     narx_real trust, scatter, missing_s, samples;

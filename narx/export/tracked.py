@@ -149,6 +149,8 @@ class TrackedRecurrence(TrackedState):
         rate = coupled_rates(own, tilt)
         cos_f = torch.maximum(torch.abs(torch.cos(tilt[..., 1])), self.cos_frontal_min)
         turn = rate[..., 2]
+        turning = s[..., kernel.TURNING]
+        turning = turning + p[kernel.TURNING_GAIN] * (turn - turning)
         mean_turn = s[..., kernel.TURN] + p[kernel.TURN_GAIN] * (turn - s[..., kernel.TURN])
         lean = x[..., kernel.LEAN] * mean_turn
         about = x[..., kernel.CENTRE : kernel.CENTRE + 3] + lean.unsqueeze(-1) * e[1, :3]
@@ -176,7 +178,7 @@ class TrackedRecurrence(TrackedState):
         loss = torch.where(known, zero, self.centre_loss)
         noise = torch.where(known, zero, p[kernel.CENTRE_NOISE])
         leak = share * p[kernel.LEAK] * dt
-        coupling = torch.where(torch.abs(mean_turn) > p[kernel.TURN_LEAST], dt * mean_turn, zero)
+        coupling = torch.where(torch.abs(turning) > p[kernel.TURN_LEAST], dt * mean_turn, zero)
         # the tilt of the posture comes back; what rounding leaves of it is kept for the next time
         # the variance crosses a limit slowly: rounding would change the sample at which it does
         slow = torch.cat([x[..., 3:5], torch.diagonal(covariance, dim1=-2, dim2=-1)[..., 3:5]], -1)
@@ -187,8 +189,8 @@ class TrackedRecurrence(TrackedState):
         lower = lower - (slowly - slow)
         moved = slowly[..., :2]
         # the mean heading turns with the person; a threshold would amplify rounding errors
-        turning = torch.clamp(torch.abs(mean_turn) / p[kernel.TURN_LEAST] - 1.0, 0.0, 1.0)
-        turned_by = (dt * mean_turn * turning).unsqueeze(-1) * e[5, 5:]
+        turns = torch.clamp(torch.abs(turning) / p[kernel.TURN_LEAST] - 1.0, 0.0, 1.0)
+        turned_by = (dt * mean_turn * turns).unsqueeze(-1) * e[5, 5:]
         x = torch.cat([carried, moved, x[..., 5:] + turned_by], dim=-1)
         factors = [leak, one, coupling, leak * mean_turn]
         if self.aided:
@@ -260,6 +262,8 @@ class TrackedRecurrence(TrackedState):
         covariance = covariance + opened * self.postures[2]
         before = s[..., kernel.BEFORE : kernel.BEFORE + 2]
         net = (x[..., 0] - before[..., 0]) ** 2 + (x[..., 1] - before[..., 1]) ** 2
+        moved = applies * ((net > p[kernel.MOST_NET]) & ~known).to(s.dtype) * p[kernel.REOPENED]
+        covariance = covariance + moved.unsqueeze(-1).unsqueeze(-1) * self.tilt
         doubt = 1.0 + net / p[kernel.RETURN_VARIANCE]
         lasted = torch.where(period > 0.0, period, one)
         irregular = ((since / lasted - 1.0) / p[kernel.PERIOD_SHARE]) ** 2
@@ -324,7 +328,7 @@ class TrackedRecurrence(TrackedState):
                 torch.stack(odds, dim=-1),
                 mean_rate,
                 s[..., kernel.KNOWN : kernel.KNOWN + 1],
-                torch.stack([leg_square, leg_cube], dim=-1),
+                torch.stack([leg_square, leg_cube, turning], dim=-1),
                 heading.unsqueeze(-1),
                 lower,
                 works.to(s.dtype).unsqueeze(-1),

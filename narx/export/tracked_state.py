@@ -86,6 +86,7 @@ class TrackedState(nn.Module):
     growth: Tensor
     postures: Tensor
     only_postures: Tensor
+    tilt: Tensor
     lossy: Tensor
     lags: Tensor
     unknown_start: Tensor
@@ -165,6 +166,7 @@ class TrackedState(nn.Module):
             ("growth", np.stack([growth[0], postures[:2].sum(0), *growth[1:]])),
             ("postures", postures),
             ("only_postures", [np.diag(np.eye(n)[kernel.CENTRE + axis]) for axis in range(2)]),
+            ("tilt", np.diag(np.arange(n) < 2)),
             ("lossy", lossy),
             ("lags", np.arange(max(self.n_rates, self.n_outputs))),
             ("unknown_start", starts[0]),
@@ -242,11 +244,17 @@ class TrackedState(nn.Module):
         Tensor, shape (..., 3)
             rad, with the growth for motion that does not resemble the swing of a leg.
         """
+        scalars_at = self.n + self.n * self.n
+        rates_at = scalars_at + self.n_scalars
+        rates = state[..., rates_at : rates_at + 3 * self.n_rates].unflatten(-1, [3, self.n_rates])
+        known = state[..., scalars_at + kernel.KNOWN : scalars_at + kernel.KNOWN + 1]
         covariance = state[..., self.n : self.n + self.n * self.n].unflatten(-1, [self.n, self.n])
         angles = covariance[..., :3, :] + covariance[..., 3:6, :]
         both = angles[..., :3] + angles[..., 3:6]
-        variances = torch.clamp(torch.diagonal(both, dim1=-2, dim2=-1), min=0.0)
-        return self._growth(state) * self.std_scale * torch.sqrt(variances)
+        delayed = self.p[kernel.DELAY_S] * rates[..., 0]
+        variances = torch.clamp(torch.diagonal(both, dim1=-2, dim2=-1) + delayed**2, min=0.0)
+        deviations = self._growth(state) * self.std_scale * torch.sqrt(variances)
+        return torch.maximum(deviations, known * self.p[kernel.ALIGNMENT])
 
     def by_network(self, state: Tensor) -> Tensor:
         """Tell whether the network gave the latest angles.

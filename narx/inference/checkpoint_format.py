@@ -13,6 +13,8 @@ format meaning
 2      all fields required, no others; ``sha256`` over the content
 3      field ``tracker``; without it none
 4      field ``known_bias_sd_deg_s`` of the tracker; without it its ``bias_sd_deg_s``
+5      fields ``turn_time_s`` and ``turning_time_s`` of the tracker; without them both 0.5 s;
+       ``reopened_sd_deg``, ``delay_s`` and ``alignment_sd_deg``; without them none
 ====== =========================================================================================
 """
 
@@ -21,7 +23,9 @@ from typing import Any
 
 from narx.inference.checkpoint_archive import digest
 
-FORMAT = 4
+FORMAT = 5
+# a tracker's parameters are above zero; this smallest one has no effect
+_NONE = 1e-9
 
 
 def sealed(content: dict[str, Any]) -> dict[str, Any]:
@@ -64,7 +68,7 @@ def opened(content: dict[str, Any]) -> dict[str, Any]:
     if number is None and isinstance(content.get("model"), dict):
         content["model"] = dict(content["model"])
         number = content["model"].pop("format", None)
-    elif number in (2, 3, FORMAT):
+    elif number in range(2, FORMAT + 1):
         expected = content.pop("sha256", None)
         if digest({"format": number, **content}) != expected:
             raise ValueError("its content does not match its checksum")
@@ -93,8 +97,18 @@ def _from_3(content: dict[str, Any]) -> dict[str, Any]:
     return {**content, "tracker": tracker}
 
 
+def _from_4(content: dict[str, Any]) -> dict[str, Any]:
+    tracker = content["tracker"]
+    if tracker is not None:
+        before = dict.fromkeys(("turn_time_s", "turning_time_s"), 0.5)
+        none = dict.fromkeys(("reopened_sd_deg", "delay_s", "alignment_sd_deg"), _NONE)
+        tracker = {**before, **none, **tracker}
+    return {**content, "tracker": tracker}
+
+
 _TO_NEXT: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {
     1: _from_1,
     2: _from_2,
     3: _from_3,
+    4: _from_4,
 }

@@ -1,5 +1,6 @@
 """A trained network with a tracker of posture and bias (`narx.inference.tracker`)."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -80,6 +81,8 @@ class TrackedNarxMethod(NarxMethod):
         quality = quality_of(there, starting, signals.interval_s)
         quality[(quality == ARRIVED) & (growth > leg.DOUBTFUL_GROWTH)] = DOUBTFUL
         std = std * growth[:, None] * np.array(self.tracker.std_scale)
+        if signals.initial_angles_rad is not None:
+            std = np.maximum(std, math.radians(self.tracker.alignment_sd_deg))
         return NetworkEstimate(angles, std, starting, quality)
 
     @property

@@ -13,7 +13,9 @@ The last line is a measurement once per swing, so that the swing itself is not m
 `lean` is the lean of the body into a turn, frontal angle per turn rate: speed divided by the
 acceleration of gravity. In a turn, a tilt error rotates from one plane into the other while the
 posture does not, which separates the two; the covariance couples the planes only in turns, since
-smaller movements would add more systematic error than information.
+smaller movements would add more systematic error than information. A turn is recognised by the mean
+turn rate over a stride (`turning_time_s`), in which the leg's own rotation cancels; within it the
+planes are coupled by the turn rate of a fraction of a step (`turn_time_s`).
 The mean heading turns with the person: in a turn the transverse centre changes at the mean turn
 rate, and a heading far from it is taken for a turn that was missed, not for an error of the angle.
 
@@ -26,7 +28,15 @@ more from where it began while the angle is known: the person has sat down or st
 good swings have established the posture, the network's share in the angles falls to zero from 45 to
 55 degrees away from it, as in sitting, since it would draw them back. It also rises along a line as
 the variance of the posture falls below its limit. At rest the mean rate measures the bias. The
-swing in which a recording begins is incomplete, so its mean angle is not used.
+swing in which a recording begins is incomplete, so its mean angle is not used. If the start is
+unknown, a swing that ends so far from its beginning may also be that of a phone on its way from the
+hand into the pocket, whose angle was learned from other motion: it is doubted (`reopened_sd_deg`).
+
+The returned standard deviation s follows from the variance P of the filter, the rate of the angle
+and two errors that the filter cannot estimate: the time of an angle, and, from a known start only,
+what calibration and skin leave::
+
+    s = max(std_scale * growth * sqrt(P + (delay_s * rate)^2), alignment_sd_deg)
 
 A leg swings forward faster than backward. Where the skewness of the sagittal rate is below that of
 a leg, as of an arm, a phone at the ear or a sensor mounted the wrong way round, the standard
@@ -52,8 +62,6 @@ from narx.kernels import tracker_layout as kernel
 from narx.network.model import Narx
 from narx.types import FloatArray
 
-# time constant of the turn rate: shorter than a turn, longer than the leg's own rotation
-_TURN_TIME_S = 0.5
 # lower limit of the turn rate (23 deg/s) in a turn
 _TURN_LEAST_RAD_S = 0.4
 # time constants of the swing angle's high-pass and of the decay of the largest recent swing; the
@@ -111,6 +119,19 @@ class PostureTracker:
         Time without a swing after which the leg is not walking, s.
     known_enough_deg : float
         The network propagates the angle once the posture's standard deviation is below this.
+    turn_time_s : float
+        Time constant of the turn rate with which the body leans and a tilt error rotates, s.
+    turning_time_s : float
+        Time constant of the turn rate by which a turn is recognised, about a stride, s.
+    reopened_sd_deg : float
+        Doubt of the angle after a swing that ends 7 `return_sd_deg` and more from where it began,
+        if the start was unknown.
+    delay_s : float
+        Standard deviation of the time of an angle: the rate times it adds to the returned standard
+        deviation.
+    alignment_sd_deg : float
+        What calibration and skin leave of the error if the start pose is known: the returned
+        standard deviation is never smaller.
     forward_sd_m_s, sideways_sd_m_s : float
         Standard deviation of the mean velocity over a second, m/s; this and the following only
         with `aided`.
@@ -147,6 +168,11 @@ class PostureTracker:
     swing_least_deg: float = 2.0
     idle_s: float = 1.5
     known_enough_deg: float = 3.5
+    turn_time_s: float = 0.2
+    turning_time_s: float = 1.0
+    reopened_sd_deg: float = 10.0
+    delay_s: float = 0.02
+    alignment_sd_deg: float = 1.7
     forward_sd_m_s: float = 0.9
     sideways_sd_m_s: float = 0.25
     speed_m_s: float = 0.9
@@ -205,7 +231,7 @@ class PostureTracker:
             kernel.BIAS_NOISE: math.radians(self.bias_noise_deg_s) ** 2 * dt,
             kernel.START_VARIANCE: math.radians(self.start_sd_deg) ** 2,
             kernel.KNOWN_ENOUGH: math.radians(self.known_enough_deg) ** 2,
-            kernel.TURN_GAIN: dt / (_TURN_TIME_S + dt),
+            kernel.TURN_GAIN: dt / (self.turn_time_s + dt),
             kernel.TURN_LEAST: _TURN_LEAST_RAD_S,
             kernel.SWING_DECAY: 1.0 + dt / _SWING_TIME_S,
             kernel.SPAN_DECAY: math.exp(-dt / _SPAN_TIME_S),
@@ -226,6 +252,11 @@ class PostureTracker:
             kernel.VELOCITY_VARIANCE: self.forward_sd_m_s**2 / dt,
             kernel.VELOCITY_VARIANCE + 1: self.sideways_sd_m_s**2 / dt,
             kernel.LEG_GAIN: dt / (_LEG_TIME_S + dt),
+            kernel.TURNING_GAIN: dt / (self.turning_time_s + dt),
+            kernel.MOST_NET: (kernel.MOST_DOUBT - 1.0) * math.radians(self.return_sd_deg) ** 2,
+            kernel.REOPENED: math.radians(self.reopened_sd_deg) ** 2,
+            kernel.DELAY_S: self.delay_s,
+            kernel.ALIGNMENT: math.radians(self.alignment_sd_deg),
         }
         for axis, sd in enumerate(self.swing_sd_deg):
             values[kernel.CYCLE_VARIANCE + axis] = math.radians(sd) ** 2

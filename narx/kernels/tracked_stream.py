@@ -28,7 +28,16 @@ from narx.kernels.compiler import EXACT, EXACT_INNER, EXACT_VIEWS, compiled
 from narx.kernels.leg import DOUBTFUL_GROWTH, std_growth
 from narx.kernels.sizes import SCALAR, VECTOR
 from narx.kernels.tracker import room, step
-from narx.kernels.tracker_layout import CUBE, INTERVAL, PARAMETERS, SCALARS, SQUARE
+from narx.kernels.tracker_layout import (
+    ALIGNMENT,
+    CUBE,
+    DELAY_S,
+    INTERVAL,
+    KNOWN,
+    PARAMETERS,
+    SCALARS,
+    SQUARE,
+)
 from narx.kernels.tracker_layout import MISSING as MISSING_S
 from narx.kernels.transfer import copy_row
 
@@ -125,8 +134,11 @@ def _follow(
                     turn_on(x[:, lane], samples[b, k], rows[PAST, lane], angles[b, k])
                 growth = std_growth(s[SQUARE, lane], s[CUBE, lane])
                 for axis in range(3):
-                    variance = max(covariance[axis, axis, lane], 0.0)
-                    stds[b, k, axis] = math.sqrt(variance) * growth * std_scale[axis]
+                    variance = (
+                        covariance[axis, axis, lane] + (p[DELAY_S] * rates[axis, 0, lane]) ** 2
+                    )
+                    std = math.sqrt(max(variance, 0.0)) * growth * std_scale[axis]
+                    stds[b, k, axis] = max(std, s[KNOWN, lane] * p[ALIGNMENT])
                 if arrival == AFTER_PAUSE:
                     continue
                 if rows[at_works, lane] == 0.0:

@@ -33,6 +33,7 @@ from narx.kernels.tracker_layout import (
     CHANGE,
     CONSTANT,
     CUBE,
+    DELAY_S,
     DOUBT_SPAN,
     EARLY,
     EVENTS,
@@ -74,6 +75,8 @@ from narx.kernels.tracker_layout import (
     TRUST,
     TURN,
     TURN_LEAST,
+    TURNING,
+    TURNING_GAIN,
     VELOCITY,
     VELOCITY_NOISE,
     VELOCITY_VARIANCE,
@@ -195,7 +198,11 @@ def _predict(
     for axis in range(2):
         store(lanes, x, (CENTRE + axis, 0), load(lanes, x, (CENTRE + axis, 0)) * decay)
     leak, mean_turn = p[LEAK] * dt * works, load(lanes, s, (TURN, 0))
-    size, least = magnitude(mean_turn), splat(lanes, p[TURN_LEAST])
+    # over a stride the leg's own rotation has no mean, so that what remains is a turn
+    turning = load(lanes, s, (TURNING, 0))
+    turning = turning + p[TURNING_GAIN] * (turn - turning)
+    store(lanes, s, (TURNING, 0), turning)
+    size, least = magnitude(turning), splat(lanes, p[TURN_LEAST])
     store(lanes, work, (CHANGE, 0, 0), leak)
     store(lanes, work, (CHANGE, 1, 0), where_less(least, size, dt * mean_turn, zero))
     store(lanes, work, (CHANGE, 2, 0), splat(lanes, dt))
@@ -350,7 +357,7 @@ def _track(
         works[k] = working[0, 0] != 0.0
         for axis in range(3):
             angles[k, axis] = x[axis]
-            variances[k, axis] = covariance[axis, axis]
+            variances[k, axis] = covariance[axis, axis] + (p[DELAY_S] * rates[axis, 0]) ** 2
         growths[k] = std_growth(s[SQUARE], s[CUBE])
 
 

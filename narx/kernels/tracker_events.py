@@ -21,6 +21,7 @@ from narx.kernels.tracker_layout import (
     IDLE,
     IDLE_MOST,
     INTERVAL,
+    KNOWN,
     KNOWN_ENOUGH,
     LEAN,
     LONGEST_GAP_S,
@@ -29,11 +30,13 @@ from narx.kernels.tracker_layout import (
     MEANS,
     MISSING,
     MOST_DOUBT,
+    MOST_NET,
     NOW,
     ODD,
     OUTLIER,
     PERIOD,
     PERIOD_SHARE,
+    REOPENED,
     RETURN_VARIANCE,
     RISING,
     SAMPLES,
@@ -127,6 +130,10 @@ def _learn_from_swing(state: Any, p: Any, work: Any, lane: int) -> bool:
     net = (x[0, lane] - s[BEFORE, lane]) ** 2 + (x[1, lane] - s[BEFORE + 1, lane]) ** 2
     doubt, period = 1.0 + net / p[RETURN_VARIANCE], s[PERIOD, lane]
     doubt += ((s[SINCE, lane] / period - 1.0) / p[PERIOD_SHARE]) ** 2 if period > 0.0 else 3.0
+    if net > p[MOST_NET] and s[KNOWN, lane] == 0.0:
+        # a sensor in a hand has reached its pocket: its angle has been learned from other motion
+        for axis in range(2):
+            covariance[axis, axis, lane] += p[REOPENED]
     unknown = 0.0
     for axis in range(2):
         at = CENTRE + axis

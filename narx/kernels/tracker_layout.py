@@ -15,7 +15,9 @@ CONSTANT = VELOCITY - CENTRE
 SUM_ANGLES, SUM_TURN, BEFORE, ODD, MEAN_RATE, KNOWN = 13, 16, 17, 19, 22, 25
 # means of the square and the cube of the sagittal rate in walking
 SQUARE, CUBE = 26, 27
-SCALARS = 28
+# mean turn rate over a stride
+TURNING = 28
+SCALARS = 29
 
 # parameters; rates are per sample
 (
@@ -26,7 +28,8 @@ SCALARS = 28
     VELOCITY_NOISE, SPEED, RATE_SCALE, ANGLE_SCALE,
 ) = range(27)  # fmt: skip
 CYCLE_VARIANCE, VELOCITY_VARIANCE, LEG_GAIN = 27, 30, 32
-PARAMETERS = 33
+TURNING_GAIN, MOST_NET, REOPENED, DELAY_S, ALIGNMENT = range(33, 38)
+PARAMETERS = 38
 
 # rows of the intermediate results of a step: direction of a measurement and its product with the
 # covariance, the network's output, gyroscope without bias, angles before corrections, changes of a

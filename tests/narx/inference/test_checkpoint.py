@@ -85,7 +85,7 @@ def test_it_contains_only_plain_data(path):
         "format", "model", "weights", "start_up", "axis_scaling", "error_std_rad",
         "start_std_rad", "history", "washout_s", "tracker", "sha256",
     }  # fmt: skip
-    assert content["format"] == 4
+    assert content["format"] == 5
 
 
 @pytest.mark.parametrize(
@@ -110,6 +110,12 @@ def test_a_file_of_an_earlier_release_runs_as_it_did(
 def test_a_tracker_of_format_3_runs_as_it_did():
     tracker = checkpoints.load(FIXTURES / "format_3.pt").tracker
     assert tracker.known_bias_sd_deg_s == tracker.bias_sd_deg_s == 0.5
+
+
+def test_a_tracker_of_format_4_has_one_mean_turn_rate_and_no_further_doubt():
+    tracker = checkpoints.load(FIXTURES / "format_3.pt").tracker
+    assert tracker.turn_time_s == tracker.turning_time_s == 0.5
+    assert max(tracker.reopened_sd_deg, tracker.delay_s, tracker.alignment_sd_deg) <= 1e-9
 
 
 def test_an_older_package_refuses_a_file_of_this_one(path):
@@ -229,7 +235,7 @@ def changed_unsealed(path):
         (without("weights"), "'weights' is missing"),
         (without("washout_s"), "'washout_s' is missing"),
         (rewritten(lambda content: content["start_up"].pop("leak_rad_s")), "'leak_rad_s' is miss"),
-        (changed(format=99), "format is 99, expected 4 or an older one"),
+        (changed(format=99), "format is 99, expected 5 or an older one"),
         (changed(format=True), "format is True"),
         (changed(format=1), "field 'sha256' is unknown"),
         (changed(other=1), "field 'other' is unknown"),

@@ -265,6 +265,56 @@ def test_a_phone_that_goes_from_the_hand_into_the_pocket_is_not_taken_for_gait()
     assert off_deg(tracked(), walk, (12, 60)) < 3.0
 
 
+def test_a_large_net_rotation_reopens_the_angle_of_an_unknown_start_only():
+    walk = Walk(60.0, turns=False)
+    walk.posture_deg[:, 0] = 50.0 * walk.ramp(30.9, 0.4)
+    after = round(31.0 * RATE_HZ)
+    for known in (False, True):
+        signals, _ = walk.signals(known=known)
+        with_doubt, without = (
+            tracked(reopened_sd_deg=sd_deg).run(signals).std_rad[:, 0] for sd_deg in (20.0, 1e-9)
+        )
+        opened_deg = np.degrees(np.max((with_doubt - without)[after:]))
+        assert opened_deg == 0.0 if known else opened_deg > 5.0
+
+
+def test_an_uncertain_time_adds_the_rate_times_its_standard_deviation():
+    """Its square is added; a constant rate about a level axis is that of the angle."""
+    rates = np.tile([0.4, 0.0, 0.0], (200, 1))
+    signals = SegmentSignals("thigh", RATE_HZ, rates, np.zeros_like(rates), np.zeros(3))
+    sure, unsure = (
+        tracked(delay_s=delay_s, std_scale=(2.0, 1.0, 1.0)).run(signals).std_rad[100, 0]
+        for delay_s in (1e-9, 2.0)
+    )
+    assert unsure**2 - sure**2 == pytest.approx((2.0 * 2.0 * 0.4) ** 2, rel=1e-9)
+
+
+def test_a_known_start_leaves_what_calibration_and_skin_leave():
+    walk = Walk(60.0)
+    for known in (True, False):
+        signals, _ = walk.signals(known=known)
+        free, limited = (
+            tracked(alignment_sd_deg=sd_deg).run(signals).std_rad for sd_deg in (1e-9, 2.5)
+        )
+        assert np.min(free[1000:, :2]) < np.radians(2.5)
+        expected = np.maximum(free, np.radians(2.5)) if known else free
+        np.testing.assert_allclose(limited, expected, rtol=1e-12)
+
+
+def test_the_own_rotation_of_a_leg_is_not_a_turn():
+    """A thigh that rotates to and fro by 10 degrees: nothing measures the tilt meanwhile."""
+    walk = Walk(60.0, turns=False)
+    walk.turn = np.radians(10.0) * 5.6 * np.cos(5.6 * walk.time_s)
+    swaying = walk.signals(known=True)[0]
+    parts = {}
+    for turning_time_s in (0.1, 1.0):
+        tracking = Tracking(PostureTracker(turning_time_s=turning_time_s), network(), np.zeros(3))
+        tracking.follow(swaying.axis_rates_rad_s, swaying.specific_force_m_s2)
+        parts[turning_time_s] = tracking.covariance[kernel.CENTRE, kernel.CENTRE + 1]
+    assert parts[1.0] == 0.0
+    assert parts[0.1] != 0.0
+
+
 def test_the_standard_deviation_follows_the_available_information():
     walk = Walk(90.0)
     signals, truth = walk.signals()
