@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from narx.datasets.tracked_sensor import (
     AlignedSensors,
@@ -20,7 +19,6 @@ from narx.types import FloatArray
 
 Tracked = tuple[FloatArray, FloatArray]
 
-_MAX_TILT_RAD = np.radians(15.0)
 # intervals of a sensor, or of the optical system, that are interpolated across
 _GAP_INTERVALS = 2.5
 
@@ -70,9 +68,7 @@ def synchronised(
     }
     try:
         if inertial.keys() <= optical.keys() and not anatomical:
-            aligned = _aligned(tables, optical, sampling_rate_hz, gap_s)
-            _check_upright(aligned)
-            return aligned
+            return _aligned(tables, optical, sampling_rate_hz, gap_s)
         offset_s = 0.0
         notes: list[str] = []
         if inertial.keys() <= optical.keys():
@@ -151,20 +147,3 @@ def _aligned(
     frames = [optical[segment][0] for segment in tables]
     max_optical_gap_s = max(_GAP_INTERVALS * float(np.median(np.diff(time))) for time in frames)
     return align_sensors(sensors, rate_hz, max_gap_s=max_gap_s, max_optical_gap_s=max_optical_gap_s)
-
-
-def _check_upright(aligned: AlignedSensors) -> None:
-    """Refuse a reference whose global z axis is not up, according to the mean specific force."""
-    for segment, one in aligned.reference.items():
-        force = aligned.imus[segment].accelerometer_m_s2
-        valid = np.isfinite(one.quaternion_wxyz).all(axis=1) & np.isfinite(force).all(axis=1)
-        if not valid.any():
-            continue
-        rotation = Rotation.from_quat(one.quaternion_wxyz[valid], scalar_first=True)
-        mean = rotation.apply(force[valid]).mean(axis=0)
-        tilt = np.arccos(np.clip(mean[2] / np.linalg.norm(mean), -1.0, 1.0))
-        if tilt > _MAX_TILT_RAD:
-            raise RecordingError(
-                f"the orientation of '{segment}' puts gravity {np.degrees(tilt):.0f} deg "
-                "from z; expected a global frame with z up"
-            )

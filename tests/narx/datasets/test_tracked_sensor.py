@@ -1,6 +1,7 @@
 """Optically tracked sensors: faults, common clock and frame; joint and BROAD files."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -329,12 +330,40 @@ def test_exchanged_axes_of_a_leg_are_refused_although_it_mostly_swings_about_one
     body = orientation_from_angles(walk.angles_rad)
     rates = gyroscope_xyz(walk.signals.axis_rates_rad_s)
 
+    up = Rotation.from_quat(body, scalar_first=True).inv().apply([0.0, 0.0, 9.80665])
+
     def align(rates):
         time = walk.time_s
-        table, force = np.column_stack([time, rates]), np.column_stack([time, rates])
+        table, force = np.column_stack([time, rates]), np.column_stack([time, up])
         sensors = {"thigh": RawSensor(table, force, np.zeros(3), time, body)}
         return align_sensors(sensors, 100.0, max_gap_s=0.03, max_optical_gap_s=0.03, where="a.mat")
 
     align(rates)
     with pytest.raises(RecordingError, match=r"a.mat: 'thigh': .* exchanged or mirrored axes"):
         align(change(rates))
+
+
+def test_conjugate_quaternions_of_a_leg_are_refused_by_gravity():
+    """Conjugates of a swing about one axis are the swing seen from the body: down is its own z."""
+    time = np.arange(0.0, 20.0, 0.01)
+    inclination = Rotation.from_euler("x", 70.0, degrees=True)
+
+    def orientation(at):
+        angles = np.column_stack([0.5 * np.sin(6.0 * at), 0.02 * np.sin(12.0 * at + 1.0)])
+        return Rotation.from_euler("YX", angles) * inclination
+
+    turn = orientation(time - 5e-4).inv() * orientation(time + 5e-4)
+    force = orientation(time).inv().apply([0.0, 0.0, 9.80665])
+    rates = turn.as_rotvec() / 1e-3 + np.random.default_rng(0).normal(scale=0.04, size=(2000, 3))
+    tables = (np.column_stack([time, xyz]) for xyz in (rates, force))
+    sensor = RawSensor(*tables, np.zeros(3), time, orientation(time).as_quat(scalar_first=True))
+
+    def align(sensor):
+        return align_sensors(
+            {"thigh": sensor}, 100.0, max_gap_s=0.03, max_optical_gap_s=0.03, where="a.mat"
+        )
+
+    align(sensor)
+    conjugate = replace(sensor, body_wxyz=sensor.body_wxyz * [1.0, -1.0, -1.0, -1.0])
+    with pytest.raises(RecordingError, match=r"a.mat: .*'thigh' puts gravity (6[5-9]|7[0-5]) deg"):
+        align(conjugate)
