@@ -15,7 +15,7 @@ from narx.inference.washout import washout_gain
 from narx.kernels import leg
 from narx.kernels import tracker_layout as kernel
 from narx.kernels.clock import ON_TICK
-from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2
+from narx.kernels.limits import COS_FRONTAL_MIN, FORCE_LIMIT_M_S2, START_LIMIT_RAD
 from narx.kernels.short_gap import BRIDGED_RAD_S2, LONGEST_BRIDGED_S
 from narx.kernels.start_up import MOVEMENT_RAD_S, MOVEMENT_TIME_CONSTANT_S
 from narx.types import FloatArray
@@ -89,6 +89,7 @@ def values_of(checkpoint: Checkpoint, precision: str) -> dict[str, str]:
         "half_interval_s": 0.5 * interval_s,
         "rate_limit_rad_s": clock.limit_rad_s,
         "force_limit_m_s2": FORCE_LIMIT_M_S2,
+        "start_limit_rad": START_LIMIT_RAD,
         "max_gap_s": clock.max_gap_s,
         "longest_pause_s": clock.longest_pause_s,
         "on_tick": ON_TICK,

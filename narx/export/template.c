@@ -107,7 +107,11 @@ static int usable(const narx_real inputs[NARX_INPUTS])
 
 void narx_start(narx_state *state, const narx_real *initial_angles)
 {
+    int axis;
     memset(state, 0, sizeof *state);
+    for (axis = 0; initial_angles && axis < 3; axis++)
+        if (!(fabs${f}(initial_angles[axis]) <= NARX_START_LIMIT_RAD))
+            initial_angles = NULL;
     if (initial_angles)
         memcpy(state->angles, initial_angles, sizeof state->angles);
     begin(state, initial_angles);

@@ -33,6 +33,7 @@ typedef ${real} narx_real;
 /* an input beyond these limits is a fault: the sample counts as missing */
 #define NARX_RATE_LIMIT_RAD_S ${rate_limit_rad_s}
 #define NARX_FORCE_LIMIT_M_S2 ${force_limit_m_s2}
+#define NARX_START_LIMIT_RAD ${start_limit_rad}
 #define NARX_MAX_GAP_S ${max_gap_s} /* longest gap between samples that is interpolated */
 #define NARX_TRACKED ${tracked}
 #define NARX_IDENTITY ${identity}
@@ -50,7 +51,8 @@ typedef struct {
     unsigned char by_network;      /* whether the network gave the angles */
 ${fields}} narx_state;
 
-/* initial_angles: start pose, zero when standing upright; NULL if it is unknown. */
+/* initial_angles: start pose, zero when standing upright; NULL if it is unknown, which it also is if
+ * an angle is not finite or beyond NARX_START_LIMIT_RAD. */
 void narx_start(narx_state *state, const narx_real *initial_angles);
 
 /* One sample, at NARX_SAMPLING_RATE_HZ samples per second; pass a lost sample as NaN. The angles of

@@ -11,6 +11,7 @@ from torch import Tensor, nn
 
 from narx.export.clocked import ClockedRecurrence
 from narx.inference.checkpoint import Checkpoint
+from narx.kernels.limits import START_LIMIT_RAD
 
 IDENTITY_FILE = "narx.json"
 
@@ -40,6 +41,7 @@ class ScriptedNarx(nn.Module):
         self.clocked = ClockedRecurrence(checkpoint)
         self.sampling_rate_hz = float(checkpoint.model.sampling_rate_hz)
         self.start_up_s = float(checkpoint.start_up.duration_s)
+        self.start_limit_rad = START_LIMIT_RAD
         self.n_inputs = self.clocked.n_inputs
         self.state_size = self.clocked.state_size
 
@@ -62,7 +64,7 @@ class ScriptedNarx(nn.Module):
         Raises
         ------
         ValueError
-            If the start pose is not three finite angles.
+            If the start pose is not three finite angles, of at most 1000 rad.
         """
         like = self.clocked.interval_s
         lead: list[int] = []
@@ -73,7 +75,8 @@ class ScriptedNarx(nn.Module):
         known = torch.zeros(lead, dtype=like.dtype, device=like.device).unsqueeze(-1)
         angles = torch.cat([known] * 3, dim=-1)
         if initial_angles is not None:
-            if initial_angles.size(-1) != 3 or not bool(torch.isfinite(initial_angles).all()):
+            usable = (torch.abs(initial_angles) <= self.start_limit_rad).all()
+            if initial_angles.size(-1) != 3 or not bool(usable):
                 raise ValueError("initial_angles: expected three finite angles in rad")
             angles = angles + initial_angles.to(dtype=like.dtype, device=like.device)
             known = known + 1.0

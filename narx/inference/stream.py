@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from narx.errors import UserError
+from narx.kernels.limits import START_LIMIT_RAD
 from narx.method import OrientationMethod
 from narx.recordings.stamps import checked_rate_hz
 from narx.settings.wording import shown
@@ -18,6 +19,8 @@ from narx.types import FloatArray
 
 _new = tuple.__new__
 _NOT_NUMBERS = TypeError, ValueError, OverflowError
+# dates, durations and complex numbers become numbers silently
+_NO_NUMBERS = "Mmc"
 # some kilobytes each
 _MOST_SENSORS = 1_000_000
 
@@ -116,10 +119,14 @@ class OrientationStream:
         starts = None
         if initial_angles_rad is not None:
             starts = _numbers(initial_angles_rad, "initial_angles_rad")
-            if starts.shape not in ((3,), (n, 3)) or not np.isfinite(starts).all():
+            if starts.shape not in ((3,), (n, 3)):
                 raise UserError(
-                    f"initial_angles_rad has the shape {starts.shape}, expected (3,) or ({n}, 3), "
-                    "finite"
+                    f"initial_angles_rad has the shape {starts.shape}, expected (3,) or ({n}, 3)"
+                )
+            if not (np.abs(starts) <= START_LIMIT_RAD).all():
+                raise UserError(
+                    f"initial_angles_rad is {shown(initial_angles_rad)}, expected angles of at "
+                    f"most {START_LIMIT_RAD:g} rad"
                 )
             starts = np.broadcast_to(starts, (n, 3)).copy()
         n_columns = 6 if method.needs_accelerometer else 3
@@ -215,10 +222,7 @@ class OrientationStream:
         raise UserError(f"samples have the shape {samples.shape}, expected ({lead}N, {n_columns})")
 
     def _stamps(self, time_s: ArrayLike, shape: tuple[int, int]) -> FloatArray:
-        try:
-            times = np.asarray(time_s, dtype=np.float64)
-        except _NOT_NUMBERS as error:
-            raise _no_numbers(time_s, "time_s") from error
+        times = _numbers(time_s, "time_s")
         if times.ndim < 2 and 1 in shape and times.size == shape[0] * shape[1]:
             return np.array(times).reshape(shape)
         stamps = np.empty(shape)
@@ -258,6 +262,7 @@ class OrientationStream:
         if (
             not isinstance(state, Mapping)
             or set(state) != set(vars(self))
+            or any(type(value) is not type(state[name]) for name, value in vars(self).items())
             or state["_arguments"] != self._arguments
         ):
             raise UserError("the state belongs to a stream with different arguments")
@@ -265,6 +270,9 @@ class OrientationStream:
 
 
 def _numbers(values: ArrayLike, name: str) -> FloatArray:
+    # the unit of a date would count as a second
+    if getattr(getattr(values, "dtype", None), "kind", "f") in _NO_NUMBERS:
+        raise _no_numbers(values, name)
     try:
         return np.asarray(values, dtype=np.float64)
     except _NOT_NUMBERS as error:

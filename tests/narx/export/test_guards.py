@@ -22,14 +22,18 @@ def run():
     return c.loaded(c.stamped(c.build(pretrained(), "float"), "narx", ""))
 
 
-@given(samples=SAMPLES, known=st.booleans(), before=st.integers(0, 300))
+@given(
+    samples=SAMPLES,
+    pose=st.sampled_from([None, 0.0, 1000.0, 3e38, np.inf, np.nan]),
+    before=st.integers(0, 300),
+)
 @settings(max_examples=200, deadline=None)
-def test_good_samples_have_angles_after_any_others(run, samples, known, before):
+def test_good_samples_have_angles_after_any_others(run, samples, pose, before):
     """Rates and intervals are drawn; then three good samples follow."""
     drawn = np.array(samples)
     rates = np.vstack([np.tile(GOOD, (before, 1)), drawn[:, :3], np.tile(GOOD, (3, 1))])
     interval_s = np.concatenate([np.full(before, 0.01), drawn[:, 3], np.full(3, 0.01)])
-    start = np.zeros((1, 3), np.float32) if known else None
+    start = None if pose is None else np.full((1, 3), pose, np.float32)
     angles = run(rates[None].astype(np.float32), interval_s[None].astype(np.float32), start)
     assert np.isfinite(angles[0, -3:]).all()
     there = (np.abs(drawn[:, :3]) <= 30.0).all(axis=1) & (drawn[:, 3] > 0.0)

@@ -67,6 +67,7 @@ def test_unusual_inputs_are_right_or_refused(checkpoint, rates, expected):
         ((samples[:, :2],), r"the shape \[60, 2\], expected"),
         ((samples, None, torch.ones(59)), r"interval_s has the shape \[59\], expected \[60\]"),
         ((samples, torch.full((3,), np.nan)), "expected three finite angles"),
+        ((samples, torch.full((3,), 1e300, dtype=torch.float64)), "expected three finite angles"),
         ((samples, torch.zeros(2)), "expected three finite angles"),
     ):
         with pytest.raises(Exception, match=reason):

@@ -129,7 +129,8 @@ def test_a_state_comes_back(method, rates):
         OrientationStream(LeakyIntegrator(coupled=True), RATE_HZ),
         OrientationStream(LeakyIntegrator(coupled=True), 0.5 * RATE_HZ),
     )
-    for other in ({}, None, *(one.state_dict() for one in others)):
+    without = {**state, "_clocked": None}
+    for other in ({}, None, without, *(one.state_dict() for one in others)):
         with pytest.raises(UserError, match="state belongs to a stream with different arguments"):
             stream.load_state_dict(other)
 
@@ -215,8 +216,12 @@ def test_mistakes_are_one_line(method, rates):
             OrientationStream(method, RATE_HZ, n_sensors=n_sensors)
     with pytest.raises(UserError, match=r"method is a Checkpoint, expected .*checkpoint\.method"):
         OrientationStream(Checkpoint(method.model, StartUp()), RATE_HZ)
-    for start in (np.zeros(2), np.full(3, np.nan)):
-        with pytest.raises(UserError, match="initial_angles_rad has the shape"):
+    for start, reason in (
+        (np.zeros(2), r"has the shape \(2,\), expected \(3,\) or \(1, 3\)"),
+        (np.full(3, np.nan), "is array.*expected angles of at most 1000 rad"),
+        ([0.0, 0.0, 1e300], r"is \[0.0, 0.0, 1e\+300\], expected angles of at most 1000 rad"),
+    ):
+        with pytest.raises(UserError, match=f"^initial_angles_rad {reason}$"):
             OrientationStream(method, RATE_HZ, initial_angles_rad=start)
     stream = OrientationStream(method, RATE_HZ, n_sensors=2)
     for samples in (rates, rates[None], np.zeros((2, 5, 4)), 0.0):
@@ -242,5 +247,10 @@ def test_a_wrong_sample_is_shown_as_given(method, n_sensors, expected):
         stream.update(np.array([["a"], ["b"]]))
     with pytest.raises(UserError, match=r"^time_s is 'now', expected numbers$"):
         stream.update(np.zeros((*([n_sensors] if n_sensors else []), 3)), "now")
+    # milliseconds since 1970 would count as seconds
+    dates = np.arange("2026-01-01", "2026-01-03", dtype="datetime64[D]").astype("datetime64[ms]")
+    for time_s in (dates, dates - dates[0]):
+        with pytest.raises(UserError, match=r"^time_s is array.*expected numbers$"):
+            stream.update_block(np.zeros((*([n_sensors] if n_sensors else []), 2, 3)), time_s)
     with pytest.raises(UserError, match=r"^initial_angles_rad is 'up', expected numbers$"):
         OrientationStream(method, RATE_HZ, initial_angles_rad="up")
