@@ -13,7 +13,7 @@ from narx.recordings.clock_alignment import (
     estimate_misalignment,
 )
 from narx.recordings.resampling import resample_quaternions, resample_vectors, uniform_clock
-from narx.recordings.trial import ImuRecording, ReferenceOrientation
+from narx.recordings.trial import GRAVITY_M_S2, ImuRecording, ReferenceOrientation
 from narx.types import FloatArray
 
 # a body that turns this many times faster than its gyroscope measures is a tracking fault
@@ -28,6 +28,8 @@ _MIN_EXPLAINED = 0.5
 _MIRRORED = 2.5
 # mean specific force from the global z axis: 0.4 to 1.6 degrees in published recordings
 _MAX_TILT_RAD = np.radians(15.0)
+# of gravity, the mean specific force along that axis: 0.98 to 1.01 in published joints
+_MIN_VERTICAL = 0.8
 
 
 @dataclass(frozen=True)
@@ -271,10 +273,16 @@ def _refuse_tilted(imu: ImuRecording, reference: ReferenceOrientation) -> None:
     mean = Rotation.from_quat(turned[valid], scalar_first=True).apply(force[valid]).mean(axis=0)
     tilt = np.arctan2(np.hypot(mean[0], mean[1]), mean[2])
     if tilt > _MAX_TILT_RAD:
-        raise RecordingError(
-            f"the orientation of '{imu.segment}' puts gravity {np.degrees(tilt):.0f} deg from z; "
-            "expected a global frame with z up: axes in another order, or conjugate quaternions?"
-        )
+        found = f"puts gravity {np.degrees(tilt):.0f} deg from z"
+    elif mean[2] < _MIN_VERTICAL * GRAVITY_M_S2:
+        # of a person who turns round, the horizontal part of a mistaken direction is zero
+        found = f"leaves {mean[2]:.1f} of {GRAVITY_M_S2:.2f} m/s^2 of gravity along z"
+    else:
+        return
+    raise RecordingError(
+        f"the orientation of '{imu.segment}' {found}; "
+        "expected a global frame with z up: axes in another order, or conjugate quaternions?"
+    )
 
 
 def without_spikes(

@@ -343,27 +343,41 @@ def test_exchanged_axes_of_a_leg_are_refused_although_it_mostly_swings_about_one
         align(change(rates))
 
 
-def test_conjugate_quaternions_of_a_leg_are_refused_by_gravity():
-    """Conjugates of a swing about one axis are the swing seen from the body: down is its own z."""
+def _swinging(heading_rad_s):
+    """A sensor lying at 70 degrees on a leg that swings about one axis while its person turns."""
     time = np.arange(0.0, 20.0, 0.01)
     inclination = Rotation.from_euler("x", 70.0, degrees=True)
 
     def orientation(at):
-        angles = np.column_stack([0.5 * np.sin(6.0 * at), 0.02 * np.sin(12.0 * at + 1.0)])
-        return Rotation.from_euler("YX", angles) * inclination
+        angles = [heading_rad_s * at, 0.5 * np.sin(6.0 * at), 0.02 * np.sin(12.0 * at + 1.0)]
+        return Rotation.from_euler("ZYX", np.column_stack(angles)) * inclination
 
     turn = orientation(time - 5e-4).inv() * orientation(time + 5e-4)
     force = orientation(time).inv().apply([0.0, 0.0, 9.80665])
     rates = turn.as_rotvec() / 1e-3 + np.random.default_rng(0).normal(scale=0.04, size=(2000, 3))
     tables = (np.column_stack([time, xyz]) for xyz in (rates, force))
-    sensor = RawSensor(*tables, np.zeros(3), time, orientation(time).as_quat(scalar_first=True))
+    return RawSensor(*tables, np.zeros(3), time, orientation(time).as_quat(scalar_first=True))
 
-    def align(sensor):
-        return align_sensors(
-            {"thigh": sensor}, 100.0, max_gap_s=0.03, max_optical_gap_s=0.03, where="a.mat"
-        )
 
-    align(sensor)
+def _align_one(sensor):
+    return align_sensors(
+        {"thigh": sensor}, 100.0, max_gap_s=0.03, max_optical_gap_s=0.03, where="a.mat"
+    )
+
+
+def test_conjugate_quaternions_of_a_leg_are_refused_by_gravity():
+    """Conjugates of a swing about one axis are the swing seen from the body: down is its own z."""
+    sensor = _swinging(heading_rad_s=0.0)
+    _align_one(sensor)
     conjugate = replace(sensor, body_wxyz=sensor.body_wxyz * [1.0, -1.0, -1.0, -1.0])
     with pytest.raises(RecordingError, match=r"a.mat: .*'thigh' puts gravity (6[5-9]|7[0-5]) deg"):
-        align(conjugate)
+        _align_one(conjugate)
+
+
+def test_axes_in_another_order_are_refused_of_a_person_who_turns_round():
+    """Two turns average the horizontal part of gravity; sin 70 cos 70 of it is along z."""
+    sensor = _swinging(heading_rad_s=0.2 * np.pi)
+    _align_one(sensor)
+    exchanged = replace(sensor, gyroscope=sensor.gyroscope[:, [0, 2, 3, 1]])
+    with pytest.raises(RecordingError, match=r"a.mat: .*'thigh' leaves [23]\.\d of 9.81 m/s\^2"):
+        _align_one(exchanged)
