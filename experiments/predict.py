@@ -24,7 +24,11 @@ from narx.experiments.predictions.motion_bids_files import (
 )
 from narx.experiments.predictions.partitions import is_partitioned, part_jobs
 from narx.experiments.predictions.provenance import hashes_of, write_provenance
-from narx.experiments.predictions.session import BESIDE, predict_files, session_files
+from narx.experiments.predictions.session import (
+    files_of_strides,
+    predict_files,
+    session_files,
+)
 from narx.experiments.predictions.single import predict_file
 
 
@@ -67,7 +71,7 @@ def _predict_all(cfg: DictConfig) -> None:
     check_suffix(target)
     # the whole name, since angles.csv and angles.sto may be of different recordings
     record = target.with_name(f"{target.name}_record.json")
-    beside = [target.with_name(f"{target.stem}_{name}") for name in (BESIDE if files else ())]
+    beside = files_of_strides(target) if files else []
     is_bids = target.name.endswith(ENDING)
     written = [target, record, *beside, *(files_beside(target) if is_bids else ())]
     _check_free(written, sources)

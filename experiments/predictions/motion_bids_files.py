@@ -7,6 +7,7 @@ own, not an orientation by Euler angles, so they are MISC, with a description.
 
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -124,7 +125,7 @@ def write_description(folder: Path) -> None:
     """Write ``dataset_description.json`` of a folder of derivatives, and ``.bidsignore``.
 
     Strides, gait cycles and records have no name in BIDS; ``.bidsignore`` lists them, so that the
-    data set is valid with them.
+    data set is valid with them. Lines that are in it already are kept.
 
     Parameters
     ----------
@@ -134,7 +135,8 @@ def write_description(folder: Path) -> None:
     Raises
     ------
     UserError
-        If it is the root of another data set, such as that of the recordings.
+        If it is the root of another data set, such as that of the recordings, or its
+        ``.bidsignore`` cannot be read.
     """
     _check_root(folder)
     made_by = {"Name": _MADE_BY, "Version": narx.__version__}
@@ -147,8 +149,19 @@ def write_description(folder: Path) -> None:
         },
         folder / _DESCRIPTION,
     )
-    with atomic_path(folder / ".bidsignore") as temporary:
-        temporary.write_text("\n".join(_NOT_BIDS) + "\n", encoding="utf-8")
+    _add_lines(folder / ".bidsignore", _NOT_BIDS)
+
+
+def _add_lines(path: Path, lines: Sequence[str]) -> None:
+    """Append the lines that a file of text lacks."""
+    try:
+        present = path.read_text(encoding="utf-8-sig").splitlines() if path.exists() else []
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"output: '{path}' is no text ({error})") from None
+    missing = [line for line in lines if line not in present]
+    if missing:
+        with atomic_path(path) as temporary:
+            temporary.write_text("\n".join([*present, *missing]) + "\n", encoding="utf-8")
 
 
 def _check_root(folder: Path) -> None:

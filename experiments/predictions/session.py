@@ -18,8 +18,7 @@ from narx.inference.pretrained import load_or_pretrained
 from narx.inference.session import SessionPrediction, SessionStart, predict_session
 from narx.recordings.trial import Trial
 
-# files beside the angles, after their name
-BESIDE = ("strides.csv", "cycle.csv", "cycle.png")
+_STRIDES, _CYCLE, _FIGURE = "strides.csv", "cycle.csv", "cycle.png"
 
 
 def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> tuple[str, ...]:
@@ -32,8 +31,8 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> t
     files : mapping of str to pathlib.Path
         File of each segment.
     target : pathlib.Path
-        File for the angles; strides, gait cycle and figure are written beside it, as
-        ``<name>_strides.csv``, ``<name>_cycle.csv`` and ``<name>_cycle.png``.
+        File for the angles; strides, gait cycle and figure are written beside it, as in
+        `files_of_strides`.
 
     Returns
     -------
@@ -63,7 +62,7 @@ def predict_files(cfg: DictConfig, files: Mapping[str, Path], target: Path) -> t
     print(f"{target}: {', '.join([*files, *joints])}, {n_angles} samples with angles")
     summary = _summary(session)
     if summary:
-        print(f"{_beside(target, 'cycle', '.png')}: {summary}")
+        print(f"{_beside(target, _FIGURE)}: {summary}")
     else:
         print("no strides found; no stride tables or figure")
     return session.notes
@@ -121,19 +120,37 @@ def _write(session: SessionPrediction, target: Path) -> int:
     write_angles(angle_table(session), target)
     cycles = cycle_table(session)
     if len(cycles):
-        write_angles(stride_table(session), _beside(target, "strides", ".csv"))
-        write_angles(cycles, _beside(target, "cycle", ".csv"))
+        write_angles(stride_table(session), _beside(target, _STRIDES))
+        write_angles(cycles, _beside(target, _CYCLE))
         # imported here, since other predictions need no matplotlib, nor the time to import it
         from narx.experiments.figures.canvas import save_figure
         from narx.experiments.figures.cycles import cycle_figure
 
-        save_figure(cycle_figure(cycles, target.stem), _beside(target, "cycle", ".png"))
+        save_figure(cycle_figure(cycles, target.stem), _beside(target, _FIGURE))
     last = list(session.angles_rad)[-1]
     return int(np.isfinite(session.angles_rad[last]).all(axis=1).sum())
 
 
-def _beside(target: Path, part: str, suffix: str) -> Path:
-    return target.with_name(f"{target.stem}_{part}{suffix}")
+def files_of_strides(target: Path) -> list[Path]:
+    """List the files that are written with the angles of a session.
+
+    Parameters
+    ----------
+    target : pathlib.Path
+        File for the angles.
+
+    Returns
+    -------
+    list of pathlib.Path
+        Strides, gait cycle and its figure: ``knee_strides.csv`` of ``knee.csv``; of another format
+        with the whole name, as ``knee.sto_strides.csv``, since that may be another session.
+    """
+    return [_beside(target, name) for name in (_STRIDES, _CYCLE, _FIGURE)]
+
+
+def _beside(target: Path, name: str) -> Path:
+    of = target.stem if target.suffix.lower() == ".csv" else target.name
+    return target.with_name(f"{of}_{name}")
 
 
 def _stands(cfg: DictConfig) -> list[tuple[float, float]] | None:

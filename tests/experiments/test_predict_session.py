@@ -66,6 +66,9 @@ def test_storage_files_of_opensim(run_command, folder):
         expected,
         check_dtype=False,  # quality takes a byte
     )
+    for name in ("knee", "knee.sto", "knee.mot"):  # each has its own
+        assert (folder / f"{name}_strides.csv").is_file()
+        assert (folder / f"{name}_cycle.png").is_file()
     for name in ("knee.sto", "knee.mot"):
         lines = (folder / name).read_text().splitlines()
         end = lines.index("endheader")
@@ -135,6 +138,8 @@ def test_columns_are_mapped_on_the_spot(run_command, folder, trial):
 
 def test_motion_bids(run_command, folder):
     name = "derived/sub-01/motion/sub-01_task-walk_tracksys-narx_run-1"
+    (folder / "derived").mkdir()
+    (folder / "derived" / ".bidsignore").write_text("*_notes.txt\n*_cycle.csv")
     for output in (f"{name}_motion.tsv", "knee.csv"):
         status, _, err, _ = run_command("predict", INPUT, f"output={output}")
         assert (status, err) == (0, "")
@@ -158,6 +163,8 @@ def test_motion_bids(run_command, folder):
     described = json.loads((root / "dataset_description.json").read_text())
     assert described["DatasetType"] == "derivative"
     ignored = (root / ".bidsignore").read_text().splitlines()
+    assert ignored[0] == "*_notes.txt"  # another program's line
+    assert len(set(ignored)) == len(ignored)
     for path in (root / "sub-01" / "motion").iterdir():
         named = path.name.endswith(("_motion.tsv", "_motion.json", "_channels.tsv"))
         assert named != any(path.match(pattern) for pattern in ignored)
