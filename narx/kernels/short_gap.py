@@ -7,9 +7,9 @@ from narx.kernels.compiler import EXACT_VIEWS, compiled
 
 # over a shorter gap than this the rates are interpolated linearly
 LONGEST_BRIDGED_S = 0.35
-# standard deviation of the interpolated angle, divided by the square of the gap; measured with
-# thighs and shanks in walking, for which it is 130 and 250 deg/s^2 about the sagittal axis
-BRIDGED_RAD_S2 = math.radians(150.0)
+# standard deviation of the interpolated angle, divided by the square of the gap: the root mean square
+# of thighs and shanks in walking, for which it is 130 and 250 deg/s^2 about the sagittal axis
+BRIDGED_RAD_S2 = math.radians(200.0)
 
 
 @compiled(**EXACT_VIEWS)
