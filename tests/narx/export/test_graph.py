@@ -1,6 +1,8 @@
 """The sequence graph gives the same angles in pieces of any size, for any number of sensors."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -82,3 +84,39 @@ def test_pieces_of_several_sensors_equal_the_package(
     # runtimes refuse a scan over nothing
     with pytest.raises(Exception, match=r"out of range|Invalid dim0_offset"):
         run(several[:, :0].copy(), intervals[:, :0].copy(), state)
+
+
+STRANGER = """
+import sys
+sys.modules["narx"] = None
+import json
+import numpy as np
+import torch
+
+about = {"narx.json": ""}
+graph = torch.export.load("narx.pt2", extra_files=about).module()
+state = torch.tensor([json.loads(about["narx.json"])["start_state"]], dtype=torch.float64)
+rates, ends = torch.from_numpy(np.load("rates.npy"))[None], np.load("ends.npy")
+parts = []
+for begin, end in zip(ends[:-1], ends[1:]):
+    intervals = torch.full((1, end - begin), 0.04, dtype=torch.float64)
+    angles, state, std_rad, quality = graph(rates[:, begin:end].contiguous(), intervals, state)
+    parts.append(angles[0].numpy())
+np.save("angles.npy", np.concatenate(parts))
+"""
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_a_process_with_only_torch_runs_the_graph(checkpoint, rates, tmp_path):
+    """In blocks of random size, with 2 % of the samples lost."""
+    write(checkpoint, tmp_path / "narx.pt2", "torch_export")
+    generator = np.random.default_rng(3)
+    lossy = rates.copy()
+    lossy[generator.random(len(rates)) < 0.02] = np.nan
+    inner = generator.choice(np.arange(1, len(rates)), 12, replace=False)
+    np.save(tmp_path / "ends.npy", np.r_[0, np.sort(inner), len(rates)])
+    np.save(tmp_path / "rates.npy", lossy)
+    arguments = [sys.executable, "-I", "-W", "ignore", "-c", STRANGER]
+    subprocess.run(arguments, cwd=tmp_path, check=True)
+    expected = OrientationStream(checkpoint.method(), 25.0).update_block(lossy).angles_rad
+    np.testing.assert_allclose(np.load(tmp_path / "angles.npy"), expected, atol=1e-9, rtol=0)
