@@ -7,8 +7,8 @@ from narx.kernels.compiler import EXACT_VIEWS, compiled
 
 # over a shorter gap than this the rates are interpolated linearly
 LONGEST_BRIDGED_S = 0.35
-# standard deviation of the interpolated angle, divided by the square of the gap: the root mean
-# square of thighs and shanks in walking, for which it is 130 and 250 deg/s^2 about the sagittal axis
+# standard deviation of the interpolated angle, divided by the square of the gap: the root
+# mean square of thighs and shanks in walking: 130 and 250 deg/s^2 about the sagittal axis
 BRIDGED_RAD_S2 = math.radians(200.0)
 
 
