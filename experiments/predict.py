@@ -30,6 +30,7 @@ from narx.experiments.predictions.session import (
     session_files,
 )
 from narx.experiments.predictions.single import predict_file
+from narx.inference.stream import Quality
 
 
 def _predict(cfg: DictConfig) -> None:
@@ -81,7 +82,11 @@ def _predict_all(cfg: DictConfig) -> None:
         prediction, n_angles = predict_file(cfg, sources[0], target, cfg.side)
         notes = prediction.notes
         print(*notes, sep="\n")
-        print(f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles")
+        good = int((prediction.quality == Quality.GOOD).sum())
+        print(
+            f"{target}: {n_angles} of {len(prediction.time_s)} samples with angles, {good} of good "
+            "quality (0)"
+        )
     # a folder of recordings may hold the angles
     own = {path.resolve() for path in written}
     hashes = hashes_of(sources).items()

@@ -137,6 +137,9 @@ TESTS = {
         MOUNTING + "test_a_reversed_axis_is_noted",
         MOUNTING + "test_movements_other_than_walking_are_not_judged",
     ],
+    "thigh and shank of a session exchanged": [
+        "narx/inference/test_session.py::test_exchanged_thigh_and_shank_are_noted",
+    ],
     "gyroscope of zeros": [
         PREDICT + "test_missing_data_are_reported",
         "narx/calibration/test_calibrate.py::test_something_that_does_not_walk_is_refused",

@@ -5,34 +5,34 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from narx.experiments.method_labels import method_block, method_label, method_order
-from narx.experiments.tables.page import Source
+from narx.experiments.tables.page import QUANTITIES, Source
 from narx.experiments.tables.table import Table
 from narx.kinematics.segment_angles import AXES
 
 # what is said, of which two rows of ``results.csv``, and what stands between their errors
 _SAID = (
     (
-        "**Coupled axes and a start-up** take the leaky integrator, one parameter, from",
+        "**Coupled axes and a start-up** change the error of the leaky integrator (one parameter)",
         ("leaky_integrator_chosen", "leaky_integrator_start_up_chosen"),
         "to",
     ),
     (
-        "**The tracker** instead of the start-up takes it from",
+        "**The tracker** instead of the start-up changes it",
         ("leaky_integrator_start_up_chosen", "leaky_integrator_same_chosen"),
         "to",
     ),
     (
-        "**The network** in the integrator's place takes that from",
+        "**The network** in the integrator's place changes that",
         ("leaky_integrator_same_chosen", "narx"),
         "to",
     ),
     (
-        "**With an accelerometer** as well: VQF, chosen, and NARX",
+        "**VQF with an accelerometer**, chosen, and NARX without one",
         ("vqf_same_chosen", "narx"),
         "and",
     ),
     (
-        "**Without any filter**: the start-up's posture held constant (it looks ahead), and NARX",
+        "**Without any filter**, the start-up's posture held constant (it looks ahead), and NARX",
         ("constant", "narx"),
         "and",
     ),
@@ -64,7 +64,8 @@ def at_a_glance(sources: Mapping[str, Source], methods: Sequence[str]) -> str:
             if axis in over.index.get_level_values("axis"):
                 values = over[axis].groupby("method").mean()
                 if values.notna().any():
-                    columns[f"{source.title}: {axis}"] = values.to_dict()
+                    what = f"{source.segment} {QUANTITIES[source.quantity]}, {axis}"
+                    columns[f"{source.title}: {what}"] = values.to_dict()
     rows = []
     ahead = {row for source in sources.values() for row in source.not_causal}
     for method in method_order(methods):

@@ -69,7 +69,8 @@ def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rota
             f"{trial.n_samples / trial.sampling_rate_hz:.2g} s, expected at least {MIN_WALK_S:g} s"
         )
     left = principal_horizontal_axis(walk, up)
-    sign = swing_sign(walk, left)
+    # what sways in standing may be faster forward than backward
+    sign = swing_sign(walk, left) if _speed_rad_s(walk) >= _STILL_RAD_S else 0
     if sign == 0:
         raise RecordingError(f"{trial.name}: {_no_swing(walk, segment, trial.sampling_rate_hz)}")
     source = "mean specific force of the walk" if standing is None else "standing"
@@ -79,9 +80,13 @@ def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rota
     )
 
 
+def _speed_rad_s(walk: FloatArray) -> float:
+    return float(np.sqrt((walk**2).sum(axis=1).mean()))
+
+
 def _no_swing(walk: FloatArray, segment: str, rate_hz: float) -> str:
     """Describe why forward and backward cannot be distinguished."""
-    speed = float(np.sqrt((walk**2).sum(axis=1).mean()))
+    speed = _speed_rad_s(walk)
     if speed < _STILL_RAD_S:
         return (
             f"'{segment}' hardly turns ({np.degrees(speed):.2g} deg/s RMS), so there is no walk to "

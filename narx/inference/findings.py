@@ -13,6 +13,8 @@ from narx.types import BoolArray, FloatArray
 
 # about three strides
 _SETTLED_S = 3.0
+# in walking a shank turns 1.2 to 2 times as fast as its thigh, and no knee bends this far backwards
+_EXCHANGED, _BACKWARDS_DEG = 1.1, 25.0
 
 
 def check_consistency(
@@ -149,6 +151,36 @@ def doubtful_note(quality: NDArray[np.int8]) -> list[str]:
         f"in {100 * doubtful / by_network:.0f} % of the samples the motion does not resemble the "
         "swing of a leg, which is faster forward than backward (quality 4, with larger standard "
         "deviations): another motion, or a sensor mounted the wrong way round"
+    ]
+
+
+def exchanged_note(
+    thigh_rad_s: FloatArray, shank_rad_s: FloatArray, knee_rad: FloatArray
+) -> list[str]:
+    """Report a thigh and a shank that are probably exchanged.
+
+    Parameters
+    ----------
+    thigh_rad_s, shank_rad_s : ndarray, shape (N,)
+        Sagittal rates, rad/s; NaN where missing.
+    knee_rad : ndarray, shape (N,)
+        Flexion of the knee between them, rad.
+
+    Returns
+    -------
+    list of str
+        A note if the thigh turns more than the shank and the knee bends backwards; otherwise empty.
+    """
+    if not np.isfinite(knee_rad).any():
+        return []
+    thigh, shank = (np.sqrt(np.nanmean(rate**2)) for rate in (thigh_rad_s, shank_rad_s))
+    low, middle, high = np.nanpercentile(np.degrees(knee_rad), [1, 50, 99])
+    backwards = middle - low
+    if thigh < _EXCHANGED * shank or backwards < max(_BACKWARDS_DEG, 1.5 * (high - middle)):
+        return []
+    return [
+        f"the thigh turns {thigh / shank:.1f} times as fast as the shank, and the knee bends "
+        f"{backwards:.0f} degrees backwards: are thigh and shank exchanged?"
     ]
 
 

@@ -17,6 +17,7 @@ from narx.inference.filled_gaps import filled_gap_std_rad
 from narx.inference.findings import (
     check_consistency,
     doubtful_note,
+    exchanged_note,
     gap_notes,
     start_up_note,
 )
@@ -194,6 +195,13 @@ def predict_session(
     for name, joint in JOINTS.items():
         if joint.proximal in segments and joint.distal in segments:
             angles[name] = joint_between(name, angles[joint.proximal], angles[joint.distal])
+            if kind_of(name) == "knee":
+                thigh, shank = (
+                    segments[one].signals.axis_rates_rad_s[:, SAGITTAL]
+                    for one in (joint.proximal, joint.distal)
+                )
+                found_notes = exchanged_note(thigh, shank, angles[name][:, SAGITTAL])
+                notes += [f"{name}: {note}" for note in found_notes]
             if joint.proximal in std and joint.distal in std:
                 std[name] = np.hypot(std[joint.proximal], std[joint.distal])
     return SessionPrediction(

@@ -116,7 +116,7 @@ def test_words_have_the_numbers_of_the_table(source):
     table = by_motion(source, "as printed").frame["mean"]
     narx = by_motion(source, "same ingredients").frame["mean"]
     cf, own = table["sagittal", "CF"], narx["sagittal", "NARX"]
-    assert f"VQF, chosen, and NARX: study, sagittal {cf:.2f} and {own:.2f}, frontal" in words
+    assert f"chosen, and NARX without one: study, sagittal {cf:.2f} and {own:.2f}, frontal" in words
     assert len(words.splitlines()) == 2
     draws = pd.DataFrame({"variant": "as printed", "knee_sagittal_deg": [1.0, 2.0, 3.0, 4.0, 5.0]})
     words = in_words({}, {}, draws)
@@ -143,6 +143,6 @@ def test_the_command_measures_and_writes_page_readme_and_figures(run_command, tm
     assert "## Thirty drawn walkers" in page
     assert "| Leaky integrator, tracker, chosen" in page
     assert "No results are kept yet of: Phones in front pockets" in page
-    assert "**The network** in the integrator's place takes that from" in readme.read_text()
+    assert "**The network** in the integrator's place changes that" in readme.read_text()
     assert (tmp_path / "docs" / "figures" / "benchmark_drawn30_strides_knee.png").is_file()
     assert str(readme) in out

@@ -261,6 +261,11 @@ def test_missing_data_are_reported(walk, motion):
     noise = np.random.default_rng(0).normal(0.0, 0.01, (off.n_samples, 3))
     with pytest.raises(RecordingError, match=r"^w: .*hardly turns .*is it walking"):
         predict(replace(off, gyroscope_rad_s=noise), NETWORK, where="w")
+    # sway that is faster forward than backward, as a swing
+    phase = 2.0 * np.pi * off.time_s
+    noise[:, 1] = 0.02 * (np.cos(phase) + 0.5 * np.cos(2.0 * phase))
+    with pytest.raises(RecordingError, match=r"^w: .*hardly turns .*is it walking"):
+        predict(replace(off, gyroscope_rad_s=noise), NETWORK, where="w")
     with pytest.raises(UserError, match=r"^sampling_rate_hz is 0, expected a positive number"):
         angles_from_gyroscope(recording.gyroscope_rad_s, 0)
 

@@ -56,6 +56,17 @@ def test_strides_are_those_of_the_simulator(trial, predicted):
     assert np.median(off) < 0.08
 
 
+def test_exchanged_thigh_and_shank_are_noted(trial, method, predicted):
+    """The shank turns more than the thigh, and a knee does not bend backwards."""
+    exchanged = {
+        segment: replace(trial.imus[other], segment=segment)
+        for segment, other in zip(LEG, LEG[::-1], strict=True)
+    }
+    assert not any("exchanged" in note for note in predicted.notes)
+    found = predict_session(exchanged, method)
+    assert any("knee_right: the thigh turns" in note for note in found.notes)
+
+
 def test_standard_deviations_add_up(predicted):
     squares = sum(predicted.std_rad[segment] ** 2 for segment in LEG)
     np.testing.assert_allclose(predicted.std_rad["knee_right"] ** 2, squares)
