@@ -3,8 +3,11 @@
 python -m experiments.export checkpoint=PATH format=torchscript output=narx.pt
 """
 
+from pathlib import Path
+
 from omegaconf import DictConfig
 
+from narx.errors import UserError
 from narx.experiments.command import command
 from narx.export import write
 from narx.inference.pretrained import load_or_pretrained
@@ -13,6 +16,9 @@ from narx.inference.pretrained import load_or_pretrained
 def _export(cfg: DictConfig) -> None:
     output = str(cfg.output)
     checkpoint = load_or_pretrained(cfg.checkpoint)
+    source = None if cfg.checkpoint is None else Path(str(cfg.checkpoint))
+    if source is not None and Path(output).exists() and source.samefile(output):
+        raise UserError(f"output: '{output}' is also the checkpoint, expected another name")
     about = write(checkpoint, output, cfg.format, cfg.precision, cfg.verify)
     verified = about["verification"]
     print(

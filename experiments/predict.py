@@ -22,6 +22,7 @@ from narx.experiments.predictions.motion_bids_files import (
     root_of,
     write_description,
 )
+from narx.experiments.predictions.options import refuse_unused
 from narx.experiments.predictions.partitions import is_partitioned, part_jobs
 from narx.experiments.predictions.provenance import hashes_of, write_provenance
 from narx.experiments.predictions.session import (
@@ -53,6 +54,7 @@ def _predict_all(cfg: DictConfig) -> None:
             "format is 'motion_bids', expected data= with it, such as data=study, which names "
             "subjects and tasks (narx-draft-study); one recording's output may end in _motion.tsv"
         )
+    refuse_unused(cfg)
     if cfg.data:
         run_all(trial_jobs(cfg, target), target, cfg)
         return

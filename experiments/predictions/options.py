@@ -7,6 +7,7 @@ from omegaconf import DictConfig, ListConfig, OmegaConf
 from narx.datasets.device_layouts import layout_from, read_layout
 from narx.datasets.layout import Layout
 from narx.errors import UserError
+from narx.settings.wording import shown
 
 
 def interval_s(value: object, key: str) -> tuple[float, float] | None:
@@ -69,3 +70,34 @@ def layout_of(cfg: DictConfig) -> Layout | None:
     if not isinstance(content, dict):
         raise UserError(f"columns is {cfg.columns}, expected time, gyroscope and accelerometer")
     return layout_from({str(key): value for key, value in content.items()}, "columns")
+
+
+# options that only one sensor has, and only several have, with the values that ask for nothing
+_OF_ONE = {
+    "frame": "auto",
+    "side": "right",
+    "remove_bias": True,
+    "bias_rad_s": None,
+    "still_file": None,
+}
+_OF_SEVERAL = {"calibration": "auto", "walking_s": None}
+
+
+def refuse_unused(cfg: DictConfig) -> None:
+    """Refuse an option that would have no effect on these recordings.
+
+    Parameters
+    ----------
+    cfg : omegaconf.DictConfig
+        As ``configs/predict.yaml``.
+
+    Raises
+    ------
+    UserError
+        If an option of one sensor is given for a session, or the reverse.
+    """
+    several = bool(cfg.data) or isinstance(cfg.input, DictConfig)
+    unused, what = (_OF_ONE, "one sensor") if several else (_OF_SEVERAL, "several sensors")
+    for key, default in unused.items():
+        if cfg[key] != default:
+            raise UserError(f"{key} is {shown(cfg[key])}, which is an option of {what} only")

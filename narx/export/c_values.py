@@ -134,7 +134,10 @@ def _text(value: Any, suffix: str) -> str:
 
 def _start_up(checkpoint: Checkpoint) -> dict[str, Any]:
     start_up, interval_s = checkpoint.start_up, 1.0 / checkpoint.model.sampling_rate_hz
+    scaled = checkpoint.model.normalisation
     return {
+        "rate_offset_rad_s": float(scaled.rate_offset_rad_s),
+        "angle_offset_rad": float(scaled.angle_offset_rad),
         "leak_rad_s": float(start_up.leak_rad_s),
         "settling_gain": float(start_up.settling_gain),
         "settling_s": float(start_up.settling_s),

@@ -8,6 +8,8 @@
 #define MOVEMENT_SQUARE ${movement_square}
 #define WASHOUT_KEPT ${washout_kept} /* of an angle, from sample to sample */
 #define WASHOUT_GAIN ${washout_gain} /* of the posture */
+#define RATE_OFFSET_RAD_S ${rate_offset_rad_s}
+#define ANGLE_OFFSET_RAD ${angle_offset_rad}
 #define COUPLED ${coupled} /* rates are converted to those of the angles with the estimated tilt */
 
 #define PAST_INPUTS ${past_inputs}
@@ -128,7 +130,17 @@ static void begin(narx_state *state, const narx_real *initial_angles)
     state->moving_left = NARX_MOVING_SAMPLES;
     state->known = initial_angles != NULL;
 #if NARX_MOVING_SAMPLES == 0
-    memset(state->angles, 0, sizeof state->angles); /* the network starts from zero */
+    { /* the network starts from zero in its own units */
+        int axis, k;
+        memset(state->angles, 0, sizeof state->angles);
+        for (axis = 0; axis < NARX_AXES; axis++) {
+            for (k = 0; k < PAST_INPUTS; k++)
+                state->network[axis][k] = RATE_OFFSET_RAD_S;
+            for (k = 0; k < OUTPUT_LAGS; k++)
+                state->network[axis][PAST_INPUTS + k] = ANGLE_OFFSET_RAD;
+            state->angles[axis] = state->next[axis] = ANGLE_OFFSET_RAD;
+        }
+    }
 #endif
 }
 

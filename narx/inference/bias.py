@@ -65,7 +65,9 @@ def remove_static_bias(
     if not remove:
         return None, "static bias not removed, as requested"
     if still_s is not None:
-        return _removed(_promised(recording, *still_s, where), f"{still_s[0]:g}-{still_s[1]:g} s")
+        return _removed(
+            declared_rest(recording, *still_s, where), f"{still_s[0]:g}-{still_s[1]:g} s"
+        )
     duration_s = recording.n_samples / recording.sampling_rate_hz
     for window_s in (length for length in _STILL_S if length <= duration_s):
         part = quietest_window(
@@ -135,8 +137,28 @@ def check_known_start(time_s: FloatArray, gyroscope_rad_s: FloatArray, where: st
         )
 
 
-def _promised(recording: ImuRecording, begin: float, end: float, where: str) -> FloatArray:
-    """Average all of a part that the user declared still."""
+def declared_rest(recording: ImuRecording, begin: float, end: float, where: str) -> FloatArray:
+    """Average the gyroscope over a part that the user declared still.
+
+    Parameters
+    ----------
+    recording : ImuRecording
+        One sensor.
+    begin, end : float
+        The part, s on the recording's clock.
+    where : str
+        Name of the recording, for messages.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Mean rate, the static bias, rad/s.
+
+    Raises
+    ------
+    RecordingError
+        If there are no samples in it, or the sensor moves.
+    """
     inside = (recording.time_s >= begin) & (recording.time_s <= end)
     rate = recording.gyroscope_rad_s[inside]
     rate = rate[np.isfinite(rate).all(axis=1)]

@@ -12,7 +12,7 @@ from narx.calibration.static_bias import static_bias
 from narx.errors import RecordingError, UserError
 from narx.gait.phases import gait_phases
 from narx.gait.straight_walk import walk_before_turn_s
-from narx.inference.bias import remove_static_bias
+from narx.inference.bias import declared_rest, remove_static_bias
 from narx.inference.filled_gaps import filled_gap_std_rad
 from narx.inference.findings import (
     check_consistency,
@@ -146,6 +146,9 @@ def predict_session(
             f"after {max(0.0, rest_s):.2f} s, expected {_MIN_REST_S:g} s"
         )
     stands = _rests(trial, rest_s) if still_s is None else tuple(still_s)
+    for begin, end in still_s or ():
+        for segment, imu in trial.imus.items():
+            declared_rest(imu, begin, end, f"{where}: {segment}")
     notes.append(
         "begins in upright standing, where all angles are zero"
         if known

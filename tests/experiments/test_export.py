@@ -85,3 +85,11 @@ def test_a_mistake_is_one_line_and_leaves_nothing(
     assert line.startswith("error: ")
     assert says in line
     assert not saved.with_name("new").exists() or not list(saved.with_name("new").iterdir())
+
+
+def test_an_export_does_not_replace_its_checkpoint(run_command, saved):
+    before = saved.read_bytes()
+    status, _, err, _ = run_command("export", f"checkpoint={saved}", f"output={saved}")
+    assert status == 2
+    assert "is also the checkpoint, expected another name" in err
+    assert saved.read_bytes() == before

@@ -135,6 +135,7 @@ def test_a_damaged_file_is_named_and_nothing_written(run_command, folder, damage
     [
         (["output=new/a.csv", "input=none.csv"], "none.csv: no such file"),
         (["output=new/a.csv", "frame=body"], "frame is 'body'"),
+        (["output=new/a.csv", "calibration=leg"], "calibration is 'leg', which is an option of se"),
         (["output=new/a.csv", "side=both"], "side is 'both'"),
         (["output=new/a.csv", "still_s=[3]"], "still_s is [3], expected [begin, end]"),
         (["output=new/a.csv", "still_s=[90,99]"], "walk.csv: no gyroscope sample in still_s"),

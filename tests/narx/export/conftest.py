@@ -53,6 +53,7 @@ CHECKPOINTS = {
     "offsets": make_checkpoint(odd=False, coupled=False),
     "no_washout": make_checkpoint(washout_s=None),
     "no_start_up": make_checkpoint(odd=False, duration_s=0.0),
+    "offsets_no_start_up": make_checkpoint(odd=False, coupled=False, duration_s=0.0),
     "shortest_delays": make_checkpoint(odd=False, hidden=5, input_lags=1, output_lags=1),
     "longer_delays": make_checkpoint(hidden=2, input_lags=4, output_lags=3),
     "never_over": make_checkpoint(duration_s=60.0),

@@ -67,6 +67,12 @@ def test_exchanged_thigh_and_shank_are_noted(trial, method, predicted):
     assert any("knee_right: the thigh turns" in note for note in found.notes)
 
 
+def test_a_part_declared_still_has_to_be(trial, method):
+    with pytest.raises(RecordingError, match=r"w: shank_right|w: thigh_right") as refused:
+        predict_session(_sensors(trial), method, still_s=[(20.0, 25.0)], where="w")
+    assert "still_s 20-25 s is not at rest" in str(refused.value)
+
+
 def test_standard_deviations_add_up(predicted):
     squares = sum(predicted.std_rad[segment] ** 2 for segment in LEG)
     np.testing.assert_allclose(predicted.std_rad["knee_right"] ** 2, squares)
