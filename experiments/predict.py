@@ -34,13 +34,9 @@ from narx.experiments.predictions.single import predict_file
 from narx.inference.stream import Quality
 
 
+# a recording's matrices are small: threads that wait for a share of them double the CPU time
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def _predict(cfg: DictConfig) -> None:
-    # a recording's matrices are small: threads that wait for a share of them double the CPU time
-    with threadpool_limits(1, user_api="blas"):
-        _predict_all(cfg)
-
-
-def _predict_all(cfg: DictConfig) -> None:
     target = Path(str(cfg.output))
     if (cfg.input is None) == (not cfg.data):
         raise UserError("input and data: expected one of them, a file or a source of recordings")
