@@ -10,6 +10,8 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 
 _CONFIGS = Path(__file__).parents[1] / "configs"
+# the only experiment without walks to train on
+_NOT_FOR = {"train": {"tham_as_printed"}}
 
 
 def _lines(path: Path) -> list[str]:
@@ -65,14 +67,19 @@ def _groups_of(path: Path) -> set[str]:
 
 
 def _groups() -> str:
-    path = _CONFIGS / f"{HydraConfig.get().job.config_name}.yaml"
+    command = HydraConfig.get().job.config_name
+    path = _CONFIGS / f"{command}.yaml"
     groups = _groups_of(path)
     if _has_presets(path):
         groups |= _groups_of(_CONFIGS / "common.yaml") | {"debug", "experiment"}
     if not groups:
         return ""
     loader = GlobalHydra.instance().config_loader()
-    lines = [f"{name}: {', '.join(loader.get_group_options(name))}" for name in sorted(groups)]
+    lines = []
+    for name in sorted(groups):
+        options = loader.get_group_options(name)
+        kept = [option for option in options if option not in _NOT_FOR.get(str(command), ())]
+        lines.append(f"{name}: {', '.join(kept)}")
     return "\n".join(["== Groups: group=option ==", "", *lines, "", ""])
 
 

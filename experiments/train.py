@@ -102,12 +102,17 @@ def only_fold(folds: list[Fold]) -> Fold:
     Raises
     ------
     UserError
-        If there are none or several.
+        If there are none or several, or the only one has nothing to train on.
     """
     if len(folds) != 1:
         raise UserError(
             f"split: training makes one network, this split has {len(folds)} folds; use "
             "split=everything or split=one_window, or narx-benchmark to test every fold"
+        )
+    if not folds[0].training:
+        raise UserError(
+            "split: this split only tests, there is nothing to train on; use split=everything or "
+            "split=one_window"
         )
     return folds[0]
 

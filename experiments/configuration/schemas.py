@@ -126,6 +126,11 @@ class Train(Common):
     method: Ignored = None
     evaluation: Ignored = None
     remove_static_bias: Ignored = None
+    forms: Ignored = None
+    choose: Ignored = None
+    as_printed: Annotated[
+        None, Field(exclude=True, description="experiment=tham_as_printed with narx-benchmark only")
+    ] = None
 
 
 class Evaluation(Section):

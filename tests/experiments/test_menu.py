@@ -22,6 +22,7 @@ def test_help_has_examples_groups_and_meanings(run_command, command):
     assert ("data: broad, " in out) == (command in ("train", "predict"))
     assert ("optimizer: adam, lbfgs, levenberg_marquardt" in out) == (command == "train")
     if command == "train":
+        assert "\nexperiment: abhayasinghe_thigh_angle, han_two_point, tham_knee_angle\n" in out
         assert "narx-train -m seed=0,1,2" in out
         assert "seed: 0                        # sets the three seeds below" in out
         assert "hidden: 3                      # tanh neurons" in out

@@ -6,9 +6,11 @@ import pytest
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from narx.datasets.splits import Fold
 from narx.errors import UserError
 from narx.experiments.configuration.schemas import SCHEMAS
 from narx.experiments.overrides import readable
+from narx.experiments.train import only_fold
 
 REQUIRED = {"export": ["output=a.pt"], "predict": ["output=b.csv"],
             "draft_study": ["input=a"]}  # fmt: skip
@@ -33,6 +35,21 @@ def test_the_documented_defaults_pass(compose_checked, command):
 )
 def test_the_documented_choices_pass(compose_checked, overrides):
     assert compose_checked("benchmark", *overrides)
+
+
+@pytest.mark.parametrize(
+    "experiment", ["tham_knee_angle", "abhayasinghe_thigh_angle", "han_two_point"]
+)
+def test_training_takes_the_walks_of_an_experiment(compose_checked, experiment):
+    cfg = compose_checked("train", f"experiment={experiment}", "split=everything")
+    assert not {"report", "methods", "forms", "choose"} & set(cfg)
+    with pytest.raises(UserError, match="this split only tests"):
+        only_fold([Fold("all", (), ())])
+
+
+def test_training_refuses_the_experiment_that_trains_by_itself(compose_checked):
+    with pytest.raises(UserError, match="expected experiment=tham_as_printed with narx-benchmark"):
+        compose_checked("train", "experiment=tham_as_printed")
 
 
 @pytest.mark.parametrize(("command", "debug"), [("train", "overfit"), ("benchmark", "tiny")])

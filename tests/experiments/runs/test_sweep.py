@@ -140,7 +140,8 @@ def test_a_killed_worker_is_named_and_the_others_run_when_the_command_is_repeate
 
 def test_a_search_in_which_every_trial_fails_prints_only_one_line_each(launch):
     pytest.importorskip("optuna")
-    status, _, err = launch("model.hidden=0", *LAUNCHERS["optuna"], "hydra.sweeper.n_trials=2")
+    status, _, err = launch("model.hidden=0", "seed=range(0,4)", *LAUNCHERS["optuna"],
+                            "hydra.sweeper.n_trials=2")  # fmt: skip
     assert status == 2
     assert err.count("error: job ") == 2
     assert "Traceback" not in err
@@ -151,9 +152,53 @@ def test_a_search_counts_the_trials_of_earlier_launches(launch):
     search = ("model.hidden=range(1,8)", "hydra/sweeper=optuna", "hydra.sweep.dir=SW")
     assert launch(*search, "hydra.sweeper.n_trials=4")[0] == 0
     assert launch(*search, "hydra.sweeper.n_trials=6")[0] == 0
-    study = optuna.load_study(study_name="test_sweep", storage="sqlite:///SW/optuna.db")
+    study = optuna.load_study(study_name=None, storage="sqlite:///SW/optuna.db")
     assert len(study.trials) == 6
     assert study.best_value == min(float(text.split()[0]) for text in checkpoints("SW"))
+
+
+@pytest.mark.parametrize("other", ["seed=5", "model.hidden=range(2,8)"])
+def test_another_search_in_the_same_folder_has_a_study_of_its_own(launch, other):
+    optuna = pytest.importorskip("optuna")
+    search = ("model.hidden=range(1,8)", "hydra/sweeper=optuna", "hydra.sweep.dir=SW",
+              "hydra.sweeper.n_trials=2")  # fmt: skip
+    assert launch(*search)[0] == 0
+    assert launch(*search, other)[0] == 0
+    studies = optuna.get_all_study_summaries("sqlite:///SW/optuna.db")
+    assert [study.n_trials for study in studies] == [2, 2]
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("hydra.sweeper.n_trials=0", "n_trials is 0, expected a whole number of at least 1"),
+        ("hydra.sweeper.n_jobs=-1", "n_jobs is -1, expected a whole number of at least 1"),
+        ("hydra.sweeper.direction=[minimize,minimize]", "direction has 2 for 1 objectives"),
+        ("objectives=[held_back_error_deg,n_weights]", "direction has 1 for 2 objectives"),
+        ("hydra.sweeper.direction=smallest", "direction is 'smallest', expected"),
+        ("hydra.sweeper.storage=nonsense", "storage is 'nonsense': "),
+        ("model.hidden=3", "nothing varies"),
+    ],
+)
+def test_a_search_that_cannot_end_well_is_refused_before_its_jobs(launch, tmp_path, override, said):
+    pytest.importorskip("optuna")
+    swept = [] if override.startswith("model") else ["model.hidden=range(1,8)"]
+    status, _, err = launch("hydra/sweeper=optuna", *swept, override)
+    assert status == 2
+    (line,) = [line for line in err.splitlines() if line.startswith("error: ")]
+    assert said in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_study_of_other_objectives_is_refused(launch):
+    pytest.importorskip("optuna")
+    search = ("model.hidden=range(1,8)", "hydra/sweeper=optuna", "hydra.sweep.dir=SW",
+              "hydra.sweeper.n_trials=1", "hydra.sweeper.study_name=mine")  # fmt: skip
+    assert launch(*search)[0] == 0
+    status, _, err = launch(*search, "hydra.sweeper.direction=[minimize,minimize]",
+                            "objectives=[held_back_error_deg,n_weights]")  # fmt: skip
+    assert status == 2
+    assert "study_name is 'mine', a study of 1 objectives" in err
 
 
 def test_a_repeated_sweep_runs_missing_jobs_and_keeps_finished_ones(launch):
@@ -227,7 +272,7 @@ def test_a_search_with_two_objectives_finds_the_pareto_front(launch):
     assert "Traceback" not in err
     status, _, _ = launch(*search, "hydra.sweeper.n_trials=14", function=two)
     assert status in (0, 2)
-    study = optuna.load_study(study_name="test_sweep", storage="sqlite:///SW/optuna.db")
+    study = optuna.load_study(study_name=None, storage="sqlite:///SW/optuna.db")
     states = [trial.state for trial in study.trials]
     assert states.count(optuna.trial.TrialState.COMPLETE) >= 12
     best = {trial.params["model.hidden"]: trial.values for trial in study.best_trials}
