@@ -27,11 +27,20 @@ from narx.experiments.runs.folder import claimed
 from narx.experiments.runs.identity import register_resolvers
 from narx.experiments.runs.sweep import USER_ERROR_STATUS, SweepReport
 from narx.experiments.sources import data_sha256
-from narx.experiments.starting import INTERRUPTED_STATUS, imported, interrupted
+from narx.experiments.starting import (
+    INTERRUPTED_STATUS,
+    end_if_output_is_closed,
+    imported,
+    interrupted,
+    pipe_may_close,
+)
 
 CONFIG_PATH = "pkg://narx.configs"
 # the file system refuses the write: not a bug of the program
-_REFUSED = (errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT)
+_REFUSED = (
+    errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT, errno.ENOTDIR,
+    errno.EISDIR, errno.ENOENT, errno.ENAMETOOLONG, errno.ELOOP, errno.EFBIG,
+)  # fmt: skip
 # subfolder of an unfinished run, with the states of its trainings
 _LAST = "last"
 # number of functions of a profile that are printed, the slowest first
@@ -48,6 +57,7 @@ def _mistakes_end_with_one_line(config_name: str) -> Iterator[None]:
     except Exception as error:
         if interrupted():
             raise KeyboardInterrupt from error
+        end_if_output_is_closed(error)
         mistake = user_error_behind(error)
         if mistake is not None:
             sys.exit(_report(str(mistake)))
@@ -119,11 +129,14 @@ def command(
 
         task = hydra.main(version_base="1.3", config_path=CONFIG_PATH, config_name=config_name)(job)
 
+        @pipe_may_close()
         def main() -> None:
             """Run the command with the overrides on the command line."""
             # makes Hydra raise, instead of printing and exiting with status 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
             sys.argv[1:] = readable(sys.argv[1:])
+            # it would print a traceback for every message after the reader of the output has gone
+            logging.raiseExceptions = False
             nonlocal started
             started = False
             SweepReport.current = None
@@ -137,6 +150,7 @@ def command(
             except KeyboardInterrupt:
                 sys.exit(_interrupted(begun=started))
             except Exception as error:
+                end_if_output_is_closed(error)
                 if isinstance(error, OSError) and not started:  # a file of that name
                     sys.exit(_report(_about_writing(error)))
                 # e.g. Optuna raises when there is no best trial because all have failed, and
@@ -187,6 +201,7 @@ def _kept(function: Callable[[DictConfig], object], cfg: DictConfig) -> object:
         except Exception as error:
             if interrupted():
                 raise KeyboardInterrupt from error
+            end_if_output_is_closed(error)
             raise
         shutil.rmtree(folder / _LAST, ignore_errors=True)
         run.end("finished", value=value)

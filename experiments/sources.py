@@ -1,5 +1,6 @@
 """Open the trial sources of the configuration's `data`: recordings on disk, or the simulator."""
 
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -57,14 +58,25 @@ def _prepared(
 ) -> TrialSource:
     if "prepared" not in cfg or cfg.prepared.limit_gb <= 0:
         return source
-    folder = cfg.prepared.folder
-    store = TrialStore(
-        Path(pooch.os_cache("narx")) / "prepared" if folder is None else Path(folder).expanduser(),
-        cfg.prepared.limit_gb * 1e9,
-    )
+    store = TrialStore(_store_folder(cfg.prepared.folder), cfg.prepared.limit_gb * 1e9)
     settings = OmegaConf.to_yaml(constructor, resolve=True, sort_keys=True)
     recordings = _recordings_sha256(cfg, name, constructor)
     return PreparedSource(source, f"{settings}\0{recordings}", store)
+
+
+def _store_folder(given: str | Path | None) -> Path:
+    folder = Path(pooch.os_cache("narx")) / "prepared" if given is None else Path(given)
+    folder = folder.expanduser()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):  # permissions alone do not tell
+            pass
+    except OSError as error:
+        raise UserError(
+            f"prepared.folder: '{folder}' cannot be written ({error.strerror}); expected a "
+            "writable folder (also in NARX_PREPARED), or prepared.limit_gb=0"
+        ) from error
+    return folder
 
 
 def _constructors(cfg: DictConfig) -> dict[str, DictConfig]:

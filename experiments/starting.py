@@ -5,15 +5,19 @@ some hundred thousand objects that stay, again and again. Afterwards, Ctrl-C rai
 remembered: code that is interrupted while it cleans up may raise another exception instead.
 """
 
+import contextlib
 import gc
 import os
+import select
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 INTERRUPTED_STATUS = 130  # the status that a shell reports for a process ended by Ctrl-C
+_CLOSED_PIPE_STATUS = 141  # and for one that wrote to a pipe without a reader
 _PREFIX = "narx-"  # of the console scripts
 _WORKERS = "loky"  # in the command line of joblib's
 _paused = False
@@ -34,6 +38,8 @@ def begin() -> None:
     global _paused
     _paused = gc.isenabled()
     gc.disable()
+    # figures are only written to files; matplotlib would refuse the name of an unknown backend
+    os.environ["MPLBACKEND"] = "agg"
     _react(_end)
 
 
@@ -47,6 +53,37 @@ def imported() -> None:
     if _reacting:
         signal.signal(signal.SIGINT, _interrupt)
         _reacting = False
+
+
+@contextlib.contextmanager
+def pipe_may_close() -> Iterator[None]:
+    """End the process without a message if nobody reads what it prints, as with ``| head``."""
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except BrokenPipeError as error:
+        end_if_output_is_closed(error)
+        raise
+
+
+def end_if_output_is_closed(error: BaseException) -> None:
+    """End the process without a message, as Unix tools do, if an error is that of a closed pipe.
+
+    Parameters
+    ----------
+    error : BaseException
+        Another error, or of another pipe than the standard output, is left to the caller.
+    """
+    if not isinstance(error, BrokenPipeError) or sys.platform == "win32":
+        return
+    poll = select.poll()
+    poll.register(sys.stdout, 0)
+    if poll.poll(0):  # no condition was asked for: only errors are reported
+        # what is still in the buffer is written at the end of the process
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(_CLOSED_PIPE_STATUS)
 
 
 def interrupted() -> bool:

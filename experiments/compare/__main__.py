@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import pandas as pd
-from omegaconf import OmegaConf
 
 from narx.errors import UserError
 from narx.experiments.compare.distinct import distinct_runs, runs_by_name
@@ -24,7 +23,13 @@ from narx.experiments.compare.runs import (
     runs_table,
 )
 from narx.experiments.runs.sweep import USER_ERROR_STATUS
-from narx.experiments.starting import INTERRUPTED_STATUS, imported, interrupted
+from narx.experiments.starting import (
+    INTERRUPTED_STATUS,
+    end_if_output_is_closed,
+    imported,
+    interrupted,
+    pipe_may_close,
+)
 from narx.experiments.tables.table import Table
 from narx.files import atomic_path
 
@@ -50,12 +55,6 @@ def best_overrides(run: Run) -> str:
         if not is_seed(key := override.partition("=")[0].lstrip("+")) and key not in _PLACES
     ]
     return " ".join(map(shlex.quote, chosen))
-
-
-def _command(run: Run) -> str:
-    """Return the command that made a run."""
-    record = run.folder / ".hydra" / "hydra.yaml"
-    return f"narx-{OmegaConf.load(record).hydra.job.name}" if record.exists() else "narx-train"
 
 
 def compare(
@@ -102,18 +101,15 @@ def compare(
     table = runs_table(named, metric)
     ranked = configurations_table(table, keys)
     folders = {name: run.folder for name, run in named.items()}
+    histories = {name: run.history for name, run in named.items()}
     pairing: Pairing | None = None
     if pair is not None or len(ranked) > 1:
         pairing = compare_pair(table, folders, metric, *(pair or (1, 2)))
     target = directories[0] if output is None else output
     best = named[table["run"].iloc[0]]
-    with atomic_path(target / "runs.csv") as temporary:
-        table.to_csv(temporary, index=False)
-    with atomic_path(target / "runs.parquet") as temporary:
-        table.to_parquet(temporary, index=False)
     lines = [
         _markdown(ranked, metric),
-        f"best: {_command(best)} {best_overrides(best)}".rstrip(),
+        f"best: narx-{best.command} {best_overrides(best)}".rstrip(),
         *([] if pairing is None else [pairing.sentence(metric)]),
         *([f"unfinished runs left out: {len(others)}"] if others else []),
         *(
@@ -123,7 +119,12 @@ def compare(
         ),
         *_unequal(ranked),
     ]
-    write_report(target / "comparison.html", table, folders, metric, keys, lines[1:])
+    report = target / "comparison.html"
+    write_report(report, table, histories, best.folder, metric, keys, lines[1:])
+    with atomic_path(target / "runs.csv") as temporary:
+        table.to_csv(temporary, index=False)
+    with atomic_path(target / "runs.parquet") as temporary:
+        table.to_parquet(temporary, index=False)
     lines.append(f"{len(table)} runs: {target / 'runs.csv'}, runs.parquet, comparison.html")
     return "\n\n".join(lines)
 
@@ -141,6 +142,7 @@ def _markdown(ranked: pd.DataFrame, metric: str) -> str:
     return Table(f"{metric}, mean and SD over seeds", ranked, decimals).to_markdown().strip()
 
 
+@pipe_may_close()
 def main() -> None:
     """Run the command with the arguments on the command line."""
     imported()
@@ -158,6 +160,7 @@ def main() -> None:
     except (UserError, OSError) as error:
         if interrupted():
             sys.exit(_interrupted())
+        end_if_output_is_closed(error)
         print(f"error: {_described(error)}", file=sys.stderr)
         sys.exit(USER_ERROR_STATUS)
 

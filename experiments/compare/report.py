@@ -1,10 +1,10 @@
 """One HTML file with all runs: sortable and zoomable, works offline."""
 
 import html
-import json
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,12 +16,17 @@ from plotly.colors import qualitative
 from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
+from narx.errors import UserError
 from narx.files import atomic_path
 from narx.kinematics.segment_angles import AXES
 
 _COLOURS = qualitative.Dark24
 # more curves than this cannot be told apart
 _MOST_CURVES = 60
+_ANGLES: dict[str, Any] = {
+    **dict.fromkeys(("trial", "segment", "axis", "method"), str),
+    **dict.fromkeys(("time_s", "reference_deg", "estimate_deg"), float),
+}
 _HEAD = (
     '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Comparison of runs</title>'
     "<style>body{font-family:sans-serif;margin:2em;max-width:1200px}</style></head><body>"
@@ -31,7 +36,8 @@ _HEAD = (
 def write_report(
     path: Path,
     table: pd.DataFrame,
-    folders: Mapping[str, Path],
+    histories: Mapping[str, list[dict[str, Any]]],
+    best: Path,
     metric: str,
     keys: Sequence[str],
     sentences: Sequence[str],
@@ -44,20 +50,27 @@ def write_report(
         File to write.
     table : pandas.DataFrame
         From `narx.experiments.compare.runs.runs_table`.
-    folders : mapping of str to pathlib.Path
-        Folder of each run, for its curves and angles.
+    histories : mapping of str to list of dict
+        Iterations of each run, by its name in the table.
+    best : pathlib.Path
+        Folder of the best run, for its angles.
     metric : str
         Metric by which they are ranked.
     keys : sequence of str
         Keys that differ between runs.
     sentences : sequence of str
         Summary of the results.
+
+    Raises
+    ------
+    UserError
+        If the angles of the best run cannot be read.
     """
     figures = {
         "Settings against the error": settings_figure(table, metric, keys),
         "Each setting": scatter_figure(table, metric, keys),
-        "Learning curves": learning_figure(table, folders),
-        **angle_figures(folders[str(table["run"].iloc[0])]),
+        "Learning curves": learning_figure(table, histories),
+        **angle_figures(best),
     }
     parts = [
         _HEAD,
@@ -158,15 +171,17 @@ def scatter_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.
     return figure
 
 
-def learning_figure(table: pd.DataFrame, folders: Mapping[str, Path]) -> go.Figure | None:
+def learning_figure(
+    table: pd.DataFrame, histories: Mapping[str, list[dict[str, Any]]]
+) -> go.Figure | None:
     """Draw the cost by iteration of the best start of every run.
 
     Parameters
     ----------
     table : pandas.DataFrame
         One row per run, the best first.
-    folders : mapping of str to pathlib.Path
-        Folder of each run.
+    histories : mapping of str to list of dict
+        Iterations of each run, by its name in the table.
 
     Returns
     -------
@@ -175,12 +190,9 @@ def learning_figure(table: pd.DataFrame, folders: Mapping[str, Path]) -> go.Figu
     """
     figure = go.Figure()
     for row in table.head(_MOST_CURVES).itertuples():
-        path = folders[str(row.run)] / "training.json"
-        if not path.exists():
-            continue
-        history = pd.DataFrame(json.loads(path.read_text(encoding="utf-8"))["report"]["history"])
+        history = pd.DataFrame(histories[str(row.run)])
         if "cost_deg2" not in history:
-            continue  # written by another version
+            continue  # a benchmark, or written by another version
         colour = _COLOURS[(int(str(row.rank)) - 1) % len(_COLOURS)]
         figure.add_scatter(
             y=history["cost_deg2"],
@@ -207,10 +219,21 @@ def angle_figures(folder: Path) -> dict[str, go.Figure | None]:
     -------
     dict of str to plotly.graph_objects.Figure
         By heading; empty if the run stored no angles.
+
+    Raises
+    ------
+    UserError
+        If the file of the angles is damaged.
     """
     path = folder / "angles.csv"
-    angles = pd.read_csv(path) if path.exists() else pd.DataFrame()
-    angles = angles[angles["method"] == "narx"] if len(angles) else angles
+    if not path.exists():
+        return {}
+    try:
+        angles = pd.read_csv(path, dtype=_ANGLES, usecols=list(_ANGLES))
+    except (OSError, ValueError) as damage:  # pandas' own are ValueErrors
+        reason = " ".join(str(damage).split())
+        raise UserError(f"{path}: not the angles of a run ({reason})") from damage
+    angles = angles[angles["method"] == "narx"]
     if angles.empty:
         return {}
     first = angles[(angles["trial"] == angles["trial"].iloc[0])]

@@ -1,13 +1,15 @@
 """Collect finished runs: their settings and their metrics."""
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from pydantic import BaseModel, TypeAdapter, ValidationError
+from yaml import YAMLError
 
 from narx.errors import UserError
 from narx.experiments.runs.folder import RECORD, read_record
@@ -16,6 +18,20 @@ from narx.experiments.runs.identity import flat_settings
 # metrics for ranking configurations, in order of preference: of trainings and of benchmarks
 METRICS = ("held_back_error_deg", "rmse_deg")
 SEED = "seed"
+
+
+class _Report(BaseModel):
+    history: list[dict[str, Any]]
+
+
+class _Training(BaseModel):
+    fold: str
+    report: _Report
+
+
+_METRICS = TypeAdapter(dict[str, float | None])
+_TRAINING = TypeAdapter(_Training)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -32,15 +48,21 @@ class Run:
         Overrides on the command line.
     metrics : dict of str to float
         By name; ``rmse_deg`` is the mean over all segments and axes of the network.
+    command : str
+        Name of the command that made it.
     fold : str
         Name of the training fold; empty for a benchmark.
+    history : list of dict
+        Iterations of the best start; empty for a benchmark.
     """
 
     folder: Path
     settings: dict[str, Any]
     overrides: tuple[str, ...]
     metrics: dict[str, float]
+    command: str
     fold: str
+    history: list[dict[str, Any]]
 
 
 def is_seed(key: str) -> bool:
@@ -103,19 +125,41 @@ def find_runs(directories: Iterable[Path]) -> tuple[list[Run], list[Path]]:
 
 def _read_run(folder: Path) -> Run:
     try:
-        cfg = OmegaConf.load(folder / ".hydra" / "config.yaml")
-        assert isinstance(cfg, DictConfig)
-        overrides = OmegaConf.load(folder / ".hydra" / "overrides.yaml")
-        metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
-        training = folder / "training.json"
-        fold = json.loads(training.read_text(encoding="utf-8"))["fold"] if training.exists() else ""
-    except (OSError, ValueError, KeyError) as error:
-        raise UserError(f"{folder}: not the folder of a finished run ({error})") from error
+        hydra = folder / ".hydra"
+        settings = flat_settings(_section(hydra / "config.yaml"))
+        overrides = list(OmegaConf.load(hydra / "overrides.yaml"))
+        made_by = hydra / "hydra.yaml"
+        command = _section(made_by).hydra.job.name if made_by.exists() else "train"
+        metrics = _json(_METRICS, folder / "metrics.json")
+        if not metrics:
+            raise ValueError("metrics.json is empty")
+        training, fold, history = folder / "training.json", "", []
+        if training.exists():
+            read = _json(_TRAINING, training)
+            fold, history = read.fold, read.report.history
+    except (OSError, ValueError, TypeError, YAMLError, OmegaConfBaseException) as error:
+        reason = " ".join(str(error).split())
+        raise UserError(f"{folder}: not the folder of a finished run ({reason})") from error
     numbers = pd.Series(metrics, dtype=float)
     rmse = numbers[numbers.index.str.startswith("rmse_deg/") & numbers.index.str.endswith("/narx")]
     if len(rmse):
         numbers["rmse_deg"] = rmse.mean()
-    return Run(folder, flat_settings(cfg), tuple(map(str, overrides)), dict(numbers), fold)
+    texts = tuple(map(str, overrides))
+    return Run(folder, settings, texts, dict(numbers), str(command), fold, history)
+
+
+def _json(kind: TypeAdapter[T], path: Path) -> T:
+    try:
+        return kind.validate_json(path.read_bytes())
+    except ValidationError as error:
+        raise ValueError(f"{path.name}: {error.errors()[0]['msg']}") from None
+
+
+def _section(path: Path) -> DictConfig:
+    content = OmegaConf.load(path)
+    if not isinstance(content, DictConfig) or not content:
+        raise TypeError(f"{path.name} has no keys")
+    return content
 
 
 def differing_keys(runs: Sequence[Run]) -> list[str]:

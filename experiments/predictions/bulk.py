@@ -1,5 +1,6 @@
 """Predict many recordings: files of a folder, or trials of a source; interruptions are resumed."""
 
+import contextlib
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -127,10 +128,12 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     missing = [job for job in jobs if job.name not in done]
     if len(missing) < len(jobs):
         print(f"{len(jobs) - len(missing)} of {len(jobs)} files finished before, left as they are")
-    with open(folder / JOURNAL, "a", encoding="utf-8") as journal:
-        progress = tqdm(outcomes(missing, cfg.jobs, cfg.scheduler), total=len(missing),
-                        unit="file", disable=None)  # fmt: skip
-        for outcome in progress:
+    with (
+        open(folder / JOURNAL, "a", encoding="utf-8") as journal,
+        # closed at once after Ctrl-C, which ends its processes
+        contextlib.closing(outcomes(missing, cfg.jobs, cfg.scheduler)) as running,
+    ):
+        for outcome in tqdm(running, total=len(missing), unit="file", disable=None):
             done[outcome.file] = outcome
             journal.write(json.dumps(asdict(outcome)) + "\n")
             journal.flush()

@@ -3,8 +3,10 @@
 import contextlib
 import multiprocessing
 import os
-from collections.abc import Iterator, Sequence
+import signal
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 
 from narx.errors import UserError
 from narx.experiments.predictions.jobs import Job, Outcome
@@ -18,7 +20,7 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 def outcomes(
     jobs: Sequence[Job], n_workers: int | None, scheduler: str | None
-) -> Iterator[Outcome]:
+) -> Generator[Outcome, None, None]:
     """Run jobs, and yield the outcome of each as it ends.
 
     Parameters
@@ -39,7 +41,7 @@ def outcomes(
     Raises
     ------
     UserError
-        If the scheduler cannot be reached, or Dask is not installed.
+        If the scheduler cannot be reached, Dask is not installed, or a process was killed.
     """
     if scheduler is not None:
         yield from _on_cluster(jobs, scheduler)
@@ -49,15 +51,26 @@ def outcomes(
         for job in jobs:
             yield job.run()
         return
+    with _libraries_on_one_core(), _pool(min(wanted, len(jobs))) as pool:
+        with _ctrl_c_ignored():  # and by the processes that start here
+            futures = [pool.submit(_run, job) for job in jobs]
+        try:
+            for finished in as_completed(futures):
+                yield finished.result()
+        except BrokenProcessPool:
+            raise UserError(
+                f"jobs: one of {wanted} processes was ended from outside, for example for lack of "
+                "memory; the same command goes on with the recordings that are not finished"
+            ) from None
+        except BaseException:  # the pool would wait for all jobs
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+
+
+def _pool(n_workers: int) -> ProcessPoolExecutor:
     context = multiprocessing.get_context("spawn")
-    with (
-        _libraries_on_one_core(),
-        ProcessPoolExecutor(
-            min(wanted, len(jobs)), mp_context=context, initializer=_on_one_core
-        ) as pool,
-    ):
-        for finished in as_completed([pool.submit(_run, job) for job in jobs]):
-            yield finished.result()
+    return ProcessPoolExecutor(n_workers, mp_context=context, initializer=_on_one_core)
 
 
 def _on_cluster(jobs: Sequence[Job], scheduler: str) -> Iterator[Outcome]:
@@ -95,6 +108,15 @@ def _run_in_folder(job: Job, folder: str) -> Outcome:
     os.chdir(folder)
     _on_one_core()
     return job.run()
+
+
+@contextlib.contextmanager
+def _ctrl_c_ignored() -> Iterator[None]:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextlib.contextmanager

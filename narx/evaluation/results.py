@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,8 @@ def read_results(path: str | os.PathLike[str]) -> pd.DataFrame:
         raise UserError(
             f"{path}: header is '{','.join(table.columns)}', expected '{','.join(COLUMNS)}'"
         )
+    if not Path(path).read_bytes().endswith(b"\n"):  # else a missing field were a missing number
+        raise UserError(f"{path}: ends within a row, expected a line break at the end")
     _check(table["axis"].isin(AXES), table["axis"], path, f"one of {', '.join(AXES)}")
     _check(table["n_samples"].str.fullmatch(r"\d+"), table["n_samples"], path, "a count")
     for column in NUMBERS:

@@ -59,7 +59,8 @@ class _GradientOptimizer:
         check_fields(self, "optimizer")
         if self.device is not None:
             try:
-                torch.zeros(1, dtype=torch.float64, device=self.device)
+                # .item(), since the device "meta" has no values
+                torch.zeros(1, dtype=torch.float64, device=self.device).item()
             except (RuntimeError, AssertionError, TypeError) as error:
                 reason = str(error).splitlines()[0]
                 raise UserError(f"optimizer.device is '{self.device}': {reason}") from error

@@ -91,13 +91,14 @@ def test_a_benchmark(tmp_path):
 
 
 @pytest.mark.slow
-def test_angles_of_many_files(tmp_path):
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_angles_of_many_files(tmp_path, jobs):
     to_the_end(launch("demo_recordings", "output=demo", "duration_s=20", folder=tmp_path))
     for number in range(24):
         (tmp_path / "walks").mkdir(exist_ok=True)
         os.link(tmp_path / "demo" / "thigh_right.csv", tmp_path / "walks" / f"{number}.csv")
     angles = tmp_path / "angles"
-    call = ("predict", "input=walks", "output=angles")
+    call = ("predict", "input=walks", "output=angles", f"jobs={jobs}")
     process = launch(*call, folder=tmp_path)
     lines = interrupted(process, lambda: any(angles.glob("[0-9]*.csv")))
     assert lines == ["interrupted: finished work is kept; repeat the command to do the rest"]

@@ -1,5 +1,6 @@
 """While a command's modules are imported: Ctrl-C ends in one line, the garbage collector pauses."""
 
+import os
 import subprocess
 import sys
 
@@ -98,3 +99,25 @@ def test_an_interruption_that_ends_in_another_error_is_one():
     )
     assert done.returncode == 130
     assert done.stderr == "interrupted: repeat the command to start again\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such pipes")
+@pytest.mark.parametrize(("name", "unbuffered"), [("train", ""), ("train", "1"), ("compare", "")])
+def test_a_closed_pipe_ends_the_command_without_a_message(name, unbuffered):
+    with subprocess.Popen(
+        [sys.executable, "-m", f"narx.experiments.{name}", "--help"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+    ) as process:  # fmt: skip
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 141
+
+
+def test_an_unknown_backend_of_matplotlib_has_no_effect():
+    script = (
+        "import sys; sys.argv[0] = '-m'; import narx.experiments\n"
+        "from narx.experiments.figures.canvas import save_figure"
+    )
+    environment = {**os.environ, "MPLBACKEND": "nonsense"}
+    subprocess.run([sys.executable, "-c", script], env=environment, check=True)

@@ -156,12 +156,30 @@ def test_means_over_different_numbers_of_runs_are_named(sweep):
     assert "configurations have 3 to 4 runs" in compare([sweep], None, None, None)
 
 
-def test_a_damaged_run_is_named(sweep):
-    (sweep / "model.hidden=2,seed=0" / "metrics.json").write_text("{")
+DAMAGED = {"empty": b"", "binary": bytes(range(256)), "zeros": bytes(99), "a list": b"[1, 2]",
+           "other keys": b'{"a": "x"}', "cut": b'{"held_back_error_deg": 1.0, '}  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGED)
+@pytest.mark.parametrize(
+    "name", ["run.json", "metrics.json", "training.json", ".hydra/config.yaml", ".hydra/hydra.yaml"]
+)
+def test_a_damaged_run_is_named(sweep, name, damage):
+    if (name, damage) == (".hydra/config.yaml", "other keys"):
+        pytest.skip("any key may be a setting")
+    (sweep / "model.hidden=2,seed=0" / name).write_bytes(DAMAGED[damage])
     with pytest.raises(
-        UserError, match=r"model\.hidden=2,seed=0: not the folder of a finished run"
+        UserError, match=r"model\.hidden=2,seed=0.*: not the (folder of a finished|record of a) run"
     ):
         compare([sweep], None, None, None)
+
+
+@pytest.mark.parametrize("damage", set(DAMAGED))
+def test_damaged_angles_are_named_and_nothing_is_written(sweep, damage):
+    (sweep / "model.hidden=3,seed=0" / "angles.csv").write_bytes(DAMAGED[damage])
+    with pytest.raises(UserError, match=r"angles\.csv: not the angles of a run"):
+        compare([sweep], None, None, None)
+    assert not list(sweep.glob("runs.*"))
 
 
 @pytest.fixture

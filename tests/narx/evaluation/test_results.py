@@ -89,3 +89,15 @@ def test_a_missing_column_a_missing_file_and_an_empty_one(tmp_path):
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UserError, match=r"results\.csv"):
         read_results(path)
+
+
+def test_a_table_that_is_cut_anywhere_in_its_last_row_is_refused(tmp_path):
+    path = tmp_path / "results.csv"
+    row = "d,S1,normal,t,thigh_right,sagittal,narx,100,0.5,1.0,1.1,0.9,-1.0,2.0,3.0"
+    header = ",".join(COLUMNS) + "\n"
+    for length in range(1, len(row) + 1):
+        path.write_text(header + row[:length])
+        with pytest.raises(UserError, match=r"results\.csv"):
+            read_results(path)
+    path.write_text(f"{header}{row}\n")
+    assert read_results(path)["lag_ms"].tolist() == [3.0]

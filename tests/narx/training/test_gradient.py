@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 import torch
 
+from narx.errors import UserError
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.training.batch import Batch
-from narx.training.gradient import Lbfgs, _compiled
+from narx.training.gradient import Adam, Lbfgs, _compiled
 from narx.training.initial_weights import leaky_integrator_weights, typical_sizes
 from narx.training.objective import Objective
 from narx.training.stages import stages_of
@@ -61,3 +62,9 @@ def test_training_ends_when_the_cost_falls_by_less_than_asked_per_iteration(fall
     optimizer = Lbfgs(cost_change=1e-3)
     assert optimizer._settled(costs) == settled
     assert not optimizer._settled(costs[-10:])
+
+
+@pytest.mark.parametrize("device", ["meta", "nonsense"])
+def test_a_device_without_values_is_refused(device):
+    with pytest.raises(UserError, match=rf"^optimizer\.device is '{device}': "):
+        Adam(device=device)
