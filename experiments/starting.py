@@ -57,7 +57,13 @@ def imported() -> None:
 
 @contextlib.contextmanager
 def pipe_may_close() -> Iterator[None]:
-    """End the process without a message if nobody reads what it prints, as with ``| head``."""
+    """End the process without a message if nobody reads what it prints, as with ``| head``.
+
+    Yields
+    ------
+    None
+        The command runs meanwhile.
+    """
     try:
         try:
             yield
