@@ -1,7 +1,7 @@
 """Calibrated signals and reference angles of each segment from a recorded trial."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,7 +19,6 @@ from narx.calibration.knee import FrameFinder, turned_by_knee
 from narx.calibration.reference import anatomical_reference, rest_heading_rad
 from narx.calibration.static_bias import static_bias
 from narx.calibration.walking import walking_frame
-from narx.errors import UserError
 from narx.kinematics.rate_unit import warn_of_degrees
 from narx.kinematics.segment_angles import (
     TRANSVERSE,
@@ -29,6 +28,7 @@ from narx.kinematics.segment_angles import (
 )
 from narx.method import SegmentSignals
 from narx.recordings.trial import Trial, kind_of, side_of
+from narx.settings import Flag, checked
 from narx.types import FloatArray
 
 Mode = Literal["auto", "leg", "knee", "functional", "walking", "sensor"]
@@ -71,8 +71,9 @@ class CalibratedSegment:
     notes: tuple[str, ...]
 
 
+@checked
 def calibrate(
-    trial: Trial, mode: Mode = "auto", *, remove_heading_misalignment: bool = False
+    trial: Trial, mode: Mode = "auto", *, remove_heading_misalignment: Flag = False
 ) -> dict[str, CalibratedSegment]:
     """Calibrate all segments of a trial.
 
@@ -125,10 +126,6 @@ def calibrate(
     (the global x axis is then the direction of the walk, by the source's contract), and any other
     walk has the heading of the first valid sample removed.
     """
-    if mode not in get_args(Mode):
-        raise UserError(
-            f"calibration mode '{mode}' is unknown; expected {', '.join(get_args(Mode))}"
-        )
     return {
         segment: _calibrate_segment(trial, segment, mode, remove_heading_misalignment)
         for segment in trial.imus

@@ -12,6 +12,7 @@ from narx.evaluation.comparison import Evaluated, knee
 from narx.evaluation.workload import Workload
 from narx.method import OrientationMethod
 from narx.recordings.trial import Trial
+from narx.settings import Positive, Seconds, checked
 
 # the two segments of each joint
 JOINTS = {
@@ -37,14 +38,15 @@ class Refusal:
     reason: str
 
 
+@checked
 def evaluate_trial(
     trial: Trial,
     calibrated: Mapping[str, CalibratedSegment],
     methods: Mapping[str, OrientationMethod],
     part: TrialPart,
-    skip_s: float,
+    skip_s: Seconds,
     workload: Workload | None = None,
-    scored_rate_hz: float | None = None,
+    scored_rate_hz: Positive | None = None,
 ) -> tuple[list[Evaluated], list[Refusal]]:
     """Estimate the angles of every segment and joint of a trial by every method.
 
@@ -73,6 +75,11 @@ def evaluate_trial(
         Segments, then joints.
     refusals : list of Refusal
         Methods that were not applicable.
+
+    Raises
+    ------
+    UserError
+        If an argument has another type, `skip_s` is negative or `scored_rate_hz` not above zero.
     """
     since_start_s = trial.time_s - trial.time_s[0]
     scored = (since_start_s >= max(skip_s, part.start_s)) & (since_start_s < part.stop_s)

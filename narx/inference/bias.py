@@ -7,6 +7,7 @@ from narx.calibration.static_bias import quietest_window
 from narx.errors import RecordingError, UserError
 from narx.recordings.rest import REST_RAD_S
 from narx.recordings.trial import ImuRecording
+from narx.settings.wording import shown
 from narx.types import FloatArray
 
 # above sway in standing, and above the bias of any current gyroscope
@@ -92,7 +93,7 @@ def _given(bias_rad_s: ArrayLike) -> FloatArray:
         bias = np.empty(0)
     if bias.shape != (3,) or not np.linalg.norm(bias) < _MAX_BIAS_RAD_S:
         raise UserError(
-            f"bias_rad_s is {bias_rad_s!r}, expected three numbers in rad/s, together below "
+            f"bias_rad_s is {shown(bias_rad_s)}, expected three numbers in rad/s, together below "
             f"{_MAX_BIAS_RAD_S:.3f} (10 deg/s)"
         )
     return bias

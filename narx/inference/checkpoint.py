@@ -10,7 +10,7 @@ import torch
 
 from narx.errors import UserError
 from narx.files import atomic_path
-from narx.inference.checkpoint_archive import digest, from_file, to_bytes
+from narx.inference.checkpoint_archive import MAX_BYTES, check_plain, digest, from_file, to_bytes
 from narx.inference.checkpoint_format import opened, sealed
 from narx.inference.narx_method import AxisScaling, NarxMethod
 from narx.inference.start_up import StartUp
@@ -21,6 +21,7 @@ from narx.inference.washout import WASHOUT_S
 from narx.network.model import Narx
 from narx.network.structure import NarxStructure
 from narx.recordings.stamps import checked_rate_hz
+from narx.settings import Flag
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Checkpoint:
     washout_s: float | None = WASHOUT_S
     tracker: PostureTracker | None = None
 
-    def method(self, smoothing: bool = False) -> NarxMethod:
+    def method(self, smoothing: Flag = False) -> NarxMethod:
         """Return the network as an orientation method.
 
         Parameters
@@ -101,6 +102,8 @@ class Checkpoint:
             If a number is not finite or has the wrong sign, or an option is unknown.
         """
         model = self.model
+        if not isinstance(model, Narx):
+            raise UserError(f"model is a {type(model).__name__}, expected a Narx")
         checked_rate_hz(model.sampling_rate_hz, "sampling_rate_hz")
         scales = vars(model.normalisation)
         for name, value in scales.items():
@@ -139,11 +142,26 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     UserError
-        If the network cannot run (`Checkpoint.check`).
+        If it is no network that can run (`Checkpoint.check`), its history has other than plain
+        data, or the file cannot be written.
     """
+    if not isinstance(checkpoint, Checkpoint):
+        raise UserError(f"checkpoint is a {type(checkpoint).__name__}, expected a Checkpoint")
     checkpoint.check()
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(to_bytes(sealed(_content(checkpoint))))
+    content = _content(checkpoint)
+    try:
+        check_plain(content)
+    except ValueError as error:
+        raise UserError(f"checkpoint.history: {error}, expected plain data") from error
+    packed = to_bytes(sealed(content))
+    if len(packed) > MAX_BYTES:
+        raise UserError(f"checkpoint has {len(packed)} bytes, expected at most {MAX_BYTES}")
+    try:
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(packed)
+    except (OSError, ValueError) as error:  # the latter for a zero byte
+        reason = getattr(error, "strerror", None) or error
+        raise UserError(f"checkpoint: '{path}' cannot be written: {reason}") from error
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:
@@ -164,8 +182,12 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
     UserError
         If the file is missing or damaged, or contains a network that cannot run.
     """
-    if not Path(path).is_file():
-        raise UserError(f"checkpoint: no file '{path}'")
+    try:
+        there = Path(path).is_file()
+    except OSError:  # a name that is too long
+        there = False
+    if not there:
+        raise UserError(f"checkpoint: no file '{str(path)[:200]}'")
     try:
         checkpoint = _from_content(opened(from_file(path)))
         checkpoint.check()

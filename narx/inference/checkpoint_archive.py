@@ -72,7 +72,7 @@ def from_file(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise ValueError("its pickle is damaged") from error
     if not isinstance(content, dict):
         raise ValueError(f"it holds a {type(content).__name__}, expected a dictionary")
-    _check_plain(content)
+    check_plain(content)
     return content
 
 
@@ -127,8 +127,19 @@ def _check_pickle(data: bytes) -> None:
         raise ValueError("its pickle is damaged") from error
 
 
-def _check_plain(content: dict[str, Any]) -> None:
-    """Refuse objects, and shared nested data that are small in the file but huge when traversed."""
+def check_plain(content: dict[str, Any]) -> None:
+    """Refuse objects, and shared nested data that are small in the file but huge when traversed.
+
+    Parameters
+    ----------
+    content : dict
+        Content to pack, or as unpacked.
+
+    Raises
+    ------
+    ValueError
+        If there is other than numbers, strings, lists, dictionaries and tensors, or too much of it.
+    """
     left, pending = _MAX_ITEMS, [content]
     while pending:
         value: Any = pending.pop()

@@ -1,13 +1,13 @@
 """A trained network as an orientation method: three angles from a gyroscope's recording."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from narx.errors import MethodNotApplicableError, UserError
+from narx.errors import MethodNotApplicableError
 from narx.inference.clocks import RateConversion
 from narx.inference.composition import Composition
 from narx.inference.recursion import NarxRecursion
@@ -17,6 +17,7 @@ from narx.kernels.clock import AFTER_PAUSE, ARRIVED, MISSING, ON_TICK, STARTING
 from narx.method import Estimate, OrientationMethod, SegmentSignals, longest_gap_s
 from narx.network.model import Narx
 from narx.recursion import Recursion
+from narx.settings import Flag, checked
 from narx.types import BoolArray, FloatArray
 
 AxisScaling = Literal["training", "own"]
@@ -74,6 +75,7 @@ class NarxMethod(OrientationMethod):
     name = "narx"
     streams = True
 
+    @checked
     def __init__(
         self,
         model: Narx,
@@ -82,13 +84,8 @@ class NarxMethod(OrientationMethod):
         error_std_rad: FloatArray | None = None,
         start_std_rad: FloatArray | None = None,
         washout_s: float | None = WASHOUT_S,
-        smoothing: bool = False,
+        smoothing: Flag = False,
     ) -> None:
-        if axis_scaling not in get_args(AxisScaling):
-            raise UserError(
-                f"axis_scaling is '{axis_scaling}', expected one of "
-                f"{', '.join(get_args(AxisScaling))}"
-            )
         self.model = model
         self.start_up = start_up or StartUp()
         self.axis_scaling = axis_scaling

@@ -3,14 +3,14 @@
 import os
 import warnings
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import calibrate
-from narx.errors import RecordingError, UserError
+from narx.errors import RecordingError
 from narx.inference.bias import check_known_start, remove_static_bias
 from narx.inference.clocks import ClockConversion
 from narx.inference.filled_gaps import filled_gap_std_rad
@@ -30,6 +30,7 @@ from narx.recordings.plausibility import admit, check_gravity
 from narx.recordings.rest import first_rest_s
 from narx.recordings.stamps import checked_rate_hz
 from narx.recordings.trial import ImuRecording, Trial
+from narx.settings import Flag, SamplesLike, Span, checked
 from narx.types import BoolArray, FloatArray
 
 Frame = Literal["auto", "anatomical", "walking", "sensor"]
@@ -74,6 +75,7 @@ class Prediction:
     notes: tuple[str, ...]
 
 
+@checked
 def predict(
     recording: ImuRecording,
     method: NarxMethod,
@@ -81,9 +83,9 @@ def predict(
     frame: Frame = "auto",
     side: Side = "right",
     start_pose: StartPose = "unknown",
-    remove_bias: bool = True,
-    still_s: tuple[float, float] | None = None,
-    bias_rad_s: ArrayLike | None = None,
+    remove_bias: Flag = True,
+    still_s: Span | None = None,
+    bias_rad_s: SamplesLike | None = None,
     where: str = "recording",
 ) -> Prediction:
     """Estimate the angles of a segment from its recording.
@@ -137,9 +139,6 @@ def predict(
     both by cubic splines. Gaps of up to a second are filled (`narx.recordings.bridging`); during
     longer ones the network pauses, and the angles continue from their last values.
     """
-    _check("frame", frame, Frame)
-    _check("side", side, Side)
-    _check("start_pose", start_pose, StartPose)
     recording = admit(recording, where)
     conversion = ClockConversion(recording.time_s, MAX_GAP_S, where)
     rate_hz = conversion.sampling_rate_hz
@@ -215,17 +214,18 @@ def predict(
     )
 
 
+@checked
 def angles_from_gyroscope(
-    gyroscope_rad_s: ArrayLike,
+    gyroscope_rad_s: SamplesLike,
     sampling_rate_hz: float,
     *,
-    accelerometer_m_s2: ArrayLike | None = None,
+    accelerometer_m_s2: SamplesLike | None = None,
     frame: Frame = "auto",
     side: Side = "right",
     start_pose: StartPose = "unknown",
-    remove_bias: bool = True,
-    still_s: tuple[float, float] | None = None,
-    smoothing: bool = False,
+    remove_bias: Flag = True,
+    still_s: Span | None = None,
+    smoothing: Flag = False,
     checkpoint: str | os.PathLike[str] | None = None,
 ) -> FloatArray:
     """Convert a gyroscope's samples to the three angles of the segment that carries it.
@@ -274,11 +274,11 @@ def angles_from_gyroscope(
     >>> angles_deg = np.degrees(angles_from_gyroscope(gyroscope_rad_s, 100.0))  # doctest: +SKIP
     """
     sampling_rate_hz = checked_rate_hz(sampling_rate_hz, "sampling_rate_hz")
-    gyroscope = np.asarray(gyroscope_rad_s, dtype=np.float64)
+    gyroscope = np.atleast_1d(np.asarray(gyroscope_rad_s))
     force = (
         np.full(gyroscope.shape, np.nan)
         if accelerometer_m_s2 is None
-        else np.asarray(accelerometer_m_s2, dtype=np.float64)
+        else np.asarray(accelerometer_m_s2)
     )
     prediction = predict(
         ImuRecording("segment", np.arange(len(gyroscope)) / sampling_rate_hz, gyroscope, force),
@@ -293,13 +293,8 @@ def angles_from_gyroscope(
     if remove_bias and prediction.bias_rad_s is None:
         doubts.append(prediction.notes[1])
     if doubts:
-        warnings.warn("; ".join(doubts), UserWarning, stacklevel=2)
+        warnings.warn("; ".join(doubts), UserWarning, stacklevel=3)
     return prediction.angles_rad
-
-
-def _check(name: str, value: object, choices: object) -> None:
-    if value not in get_args(choices):
-        raise UserError(f"{name} is '{value}', expected one of {', '.join(get_args(choices))}")
 
 
 def _sensor_to_anatomical(

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from narx.recordings.resampling import uniform_clock
 from narx.recordings.rest import first_rest_s
 from narx.recordings.session_clock import Alignment, clock_offsets_s
 from narx.recordings.trial import ImuRecording, Trial, kind_of, side_of
+from narx.settings import Span, checked
 from narx.types import FloatArray
 
 SessionStart = Literal["auto", "known", "unknown"]
@@ -75,6 +76,7 @@ class SessionPrediction:
     notes: tuple[str, ...]
 
 
+@checked
 def predict_session(
     recordings: Mapping[str, ImuRecording],
     method: NarxMethod,
@@ -82,8 +84,8 @@ def predict_session(
     calibration: Mode = "auto",
     parts: Mapping[str, Mapping[str, ImuRecording]] | None = None,
     start_pose: SessionStart = "auto",
-    still_s: Sequence[tuple[float, float]] | None = None,
-    walking_s: tuple[float, float] | None = None,
+    still_s: Sequence[Span] | None = None,
+    walking_s: Span | None = None,
     align: Alignment | Mapping[str, float] = "auto",
     where: str = "session",
 ) -> SessionPrediction:
@@ -128,10 +130,6 @@ def predict_session(
     RecordingError
         If a recording cannot be from a leg, or the sensors' recordings do not overlap.
     """
-    if start_pose not in get_args(SessionStart):
-        raise UserError(
-            f"start_pose is '{start_pose}', expected one of {', '.join(get_args(SessionStart))}"
-        )
     _check_segments(recordings)
     admitted = {s: admit(one, f"{where}: {s}") for s, one in recordings.items()}
     offsets, notes = clock_offsets_s(admitted, align, where)

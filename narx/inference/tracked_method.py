@@ -19,6 +19,7 @@ from narx.missing import finite_rows
 from narx.network.model import Narx
 from narx.recordings.resampling import contiguous_pieces
 from narx.recursion import Recursion
+from narx.settings import Flag, checked
 from narx.types import BoolArray, FloatArray
 
 # bias of uncalibrated gyroscopes (docs/simulator.md)
@@ -39,7 +40,8 @@ class TrackedNarxMethod(NarxMethod):
         whole recordings only.
     """
 
-    def __init__(self, model: Narx, tracker: PostureTracker, smoothing: bool = False) -> None:
+    @checked
+    def __init__(self, model: Narx, tracker: PostureTracker, smoothing: Flag = False) -> None:
         super().__init__(model, smoothing=smoothing)
         self.tracker = tracker
         self.needs_accelerometer = tracker.aided  # type: ignore[misc]

@@ -13,6 +13,7 @@ from narx.network.coupled_loop import coupled_closed_loop
 from narx.network.kernel_arrays import compiled_for
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
+from narx.settings import Flag, checked
 
 
 class Narx(nn.Module):
@@ -47,13 +48,14 @@ class Narx(nn.Module):
         If the normalisation of an odd or coupled network has offsets.
     """
 
+    @checked
     def __init__(
         self,
         sampling_rate_hz: float,
         normalisation: Normalisation,
         structure: NarxStructure | None = None,
-        odd: bool = True,
-        coupled: bool = True,
+        odd: Flag = True,
+        coupled: Flag = True,
     ) -> None:
         super().__init__()
         self.structure = structure or NarxStructure()

@@ -88,10 +88,11 @@ def checked_rate_hz(value: object, what: str) -> float:
     """
     try:
         rate = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         rate = np.nan
     if isinstance(value, bool) or not np.isfinite(rate) or rate <= 0:
-        raise UserError(f"{what} is {value}, expected a positive number")
+        found = " ".join(str(value).split())[:60]  # an array has lines
+        raise UserError(f"{what} is {found}, expected a positive number")
     if not MIN_RATE_HZ <= rate <= MAX_RATE_HZ:
         hint = f"; {1 / rate:g} Hz, if it is the interval in s" if rate < 0.2 else ""
         raise UserError(

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from narx.errors import RecordingError
+from narx.settings import Flag, Samples, check_fields
 from narx.types import BoolArray, FloatArray
 
 GRAVITY_M_S2 = 9.80665
@@ -49,18 +50,18 @@ def kind_of(segment: str) -> str:
     return segment.removesuffix("_left").removesuffix("_right")
 
 
-def _checked(name: str, values: object, columns: int | None, where: str) -> FloatArray:
-    array = np.ascontiguousarray(values, dtype=np.float64)
+def _check_shape(name: str, array: FloatArray, columns: int | None, where: str) -> None:
     expected = 1 if columns is None else 2
     if array.ndim != expected or (columns is not None and array.shape[1] != columns):
         shape = "(N,)" if columns is None else f"(N, {columns})"
         raise RecordingError(f"{where}: {name} has shape {array.shape}, expected {shape}")
-    return array
 
 
 @dataclass(frozen=True)
 class ImuRecording:
     """One inertial sensor on one segment, in the sensor's technical frame.
+
+    Arrays are copied; what is masked in them is missing.
 
     Parameters
     ----------
@@ -77,21 +78,26 @@ class ImuRecording:
 
     Raises
     ------
+    UserError
+        If a field has another type, as dates or complex numbers have.
     RecordingError
         If shapes differ, times do not increase, or a value is infinite.
     """
 
     segment: str
-    time_s: FloatArray
-    gyroscope_rad_s: FloatArray
-    accelerometer_m_s2: FloatArray
+    time_s: Samples
+    gyroscope_rad_s: Samples
+    accelerometer_m_s2: Samples
     notes: tuple[str, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         where = f"IMU '{self.segment}'"
-        time = _checked("time_s", self.time_s, None, where)
+        check_fields(self, "ImuRecording")
+        time = self.time_s
+        _check_shape("time_s", time, None, where)
         for name in ("gyroscope_rad_s", "accelerometer_m_s2"):
-            array = _checked(name, getattr(self, name), 3, where)
+            array = getattr(self, name)
+            _check_shape(name, array, 3, where)
             if len(array) != len(time):
                 raise RecordingError(
                     f"{where}: {name} has {len(array)} samples, time_s has {len(time)}"
@@ -99,7 +105,6 @@ class ImuRecording:
             infinite = np.flatnonzero(np.isinf(array).any(axis=1))
             if infinite.size:
                 raise RecordingError(f"{where}: {name} is infinite at sample {infinite[0]}")
-            object.__setattr__(self, name, array)
         backwards = np.flatnonzero(~(np.diff(time) > 0))
         if backwards.size:
             k = int(backwards[0])
@@ -107,7 +112,6 @@ class ImuRecording:
                 f"{where}: time does not increase at sample {k + 1} "
                 f"({time[k]:.6g} s, then {time[k + 1]:.6g} s)"
             )
-        object.__setattr__(self, "time_s", time)
 
     @property
     def n_samples(self) -> int:
@@ -139,17 +143,21 @@ class ReferenceOrientation:
 
     Raises
     ------
+    UserError
+        If a field has another type.
     RecordingError
         If the shape is wrong or a valid quaternion is not of unit norm (within 1e-3).
     """
 
     segment: str
-    quaternion_wxyz: FloatArray
+    quaternion_wxyz: Samples
     frame: Literal["sensor", "anatomical"]
 
     def __post_init__(self) -> None:
         where = f"reference of '{self.segment}'"
-        quaternion = _checked("quaternion_wxyz", self.quaternion_wxyz, 4, where)
+        check_fields(self, "ReferenceOrientation")
+        quaternion = self.quaternion_wxyz
+        _check_shape("quaternion_wxyz", quaternion, 4, where)
         norm = np.linalg.norm(quaternion, axis=1)
         wrong = np.flatnonzero(np.isfinite(norm) & (np.abs(norm - 1.0) > 1e-3))
         if wrong.size:
@@ -199,6 +207,8 @@ class Trial:
 
     Raises
     ------
+    UserError
+        If a field has another type.
     RecordingError
         If lengths or clocks differ.
     """
@@ -212,8 +222,8 @@ class Trial:
     reference: Mapping[str, ReferenceOrientation] = field(default_factory=dict)
     calibration: Mapping[str, Mapping[str, ImuRecording]] = field(default_factory=dict)
     still_s: tuple[tuple[float, float], ...] = ()
-    straight: bool = False
-    starts_in_calibration_posture: bool = False
+    straight: Flag = False
+    starts_in_calibration_posture: Flag = False
     scored: BoolArray | None = None
     walking_s: tuple[float, float] | None = None
     events: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -222,6 +232,7 @@ class Trial:
     sources: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        check_fields(self, "Trial")
         if not self.imus:
             raise RecordingError(f"{self.name}: no IMU")
         for segment, imu in self.imus.items():

@@ -33,7 +33,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     Parameters
     ----------
     function : callable
-        A function, or the ``__init__`` of a class, whose `name` then starts the message.
+        A function, or the ``__init__`` of a class, whose `name`, or own name, then starts the
+        message.
 
     Returns
     -------
@@ -47,7 +48,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
         call = signature.bind(*args, **kwargs)
         given = {key: value for key, value in call.arguments.items() if key != "self"}
-        name = getattr(call.arguments.get("self"), "name", function.__name__)
+        made = call.arguments.get("self")
+        name = function.__name__ if made is None else getattr(made, "name", type(made).__name__)
         values = validated(_model(function), given, f"{name}: ")
         call.arguments.update({key: getattr(values, key) for key in values.model_fields_set})
         return function(*call.args, **call.kwargs)

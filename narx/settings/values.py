@@ -5,9 +5,18 @@ are merely unusual.
 """
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf, PlainValidator
+from pydantic_core import PydanticCustomError
+
+from narx.types import FloatArray
+
+# kinds of numpy that become floats silently: dates, durations, and complex numbers without their
+# imaginary part
+_NOT_REAL = "Mmc"
 
 
 def _one_is_a_list(value: object) -> object:
@@ -65,3 +74,59 @@ Interval = Annotated[
 ]
 # below the minimum, gait events cannot be resolved; no IMU samples faster than the maximum
 SamplingRate = Annotated[float, Field(ge=10, le=10_000)]
+
+
+def real_numbers(values: ArrayLike) -> FloatArray:
+    """Copy numbers into an array; what is masked is missing.
+
+    Parameters
+    ----------
+    values : array_like
+        Numbers, as a list, array, masked array or table.
+
+    Returns
+    -------
+    ndarray
+        Floats in the order of C, NaN where masked. A copy: the caller may change its own.
+
+    Raises
+    ------
+    ValueError
+        If they are not real numbers: text, dates, durations, complex numbers.
+    """
+    try:
+        if np.asarray(values).dtype.kind in _NOT_REAL:
+            raise ValueError("dates, durations or complex numbers")
+        copied = np.array(values, dtype=np.float64, order="C")
+    except (TypeError, OverflowError, RuntimeError) as error:  # the last of a tensor with gradients
+        raise ValueError(str(error)) from error
+    if np.ma.is_masked(values):
+        copied[np.ma.getmaskarray(np.ma.asarray(values))] = np.nan
+    return copied
+
+
+def _as_numbers(values: Any) -> FloatArray:
+    try:
+        return real_numbers(values)
+    except ValueError as error:
+        raise PydanticCustomError("real_numbers", "expected real numbers") from error
+
+
+def _as_flag(value: object) -> bool:
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise PydanticCustomError("flag", "expected true or false")
+
+
+def _listed(value: object) -> object:
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+_NUMBERS = PlainValidator(_as_numbers), Field(description="real numbers")
+# of a field, and of an argument
+Samples = Annotated[FloatArray, *_NUMBERS]
+SamplesLike = Annotated[ArrayLike, *_NUMBERS]
+# of functions; a configuration also has words such as yes and no
+Flag = Annotated[bool, PlainValidator(_as_flag), Field(description="True or False")]
+# checked where it is used
+Span = Annotated[tuple[float, float], BeforeValidator(_listed)]

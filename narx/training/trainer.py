@@ -102,6 +102,9 @@ class Trainer:
 
     def __post_init__(self) -> None:
         check_fields(self, "training")
+        if isinstance(self.optimizer, type):  # it has the methods, too
+            name = self.optimizer.__name__
+            raise UserError(f"training.optimizer is the class {name}, expected an object: {name}()")
         self.objective.for_axes(self.design.coupled)  # refuses what does not fit
 
     def fit(

@@ -9,6 +9,7 @@ from torch.utils.data import Dataset
 
 from narx.network.cell import coupled_rates
 from narx.network.model import Narx
+from narx.settings import Samples, checked
 from narx.types import FloatArray
 from narx.windows.sequences import TrainingSequence
 
@@ -45,6 +46,8 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
 
     Raises
     ------
+    UserError
+        If an argument has another type.
     ValueError
         If the lags are not positive, or inputs, outputs and weights do not pair up.
     """
@@ -53,10 +56,11 @@ class LaggedWindows(Dataset[tuple[Tensor, Tensor]]):
     targets: Tensor
     weights: Tensor
 
+    @checked
     def __init__(
         self,
-        inputs: Sequence[FloatArray],
-        outputs: Sequence[FloatArray],
+        inputs: Sequence[Samples],
+        outputs: Sequence[Samples],
         input_lags: int = 2,
         output_lags: int = 2,
         weights: Sequence[float] | None = None,

@@ -9,6 +9,7 @@ from narx.errors import UserError
 from narx.kinematics.rate_unit import warn_of_degrees
 from narx.method import SegmentSignals
 from narx.missing import finite_rows
+from narx.settings import Positive, SamplesLike, checked
 from narx.types import BoolArray, FloatArray
 
 
@@ -39,12 +40,13 @@ class TrainingSequence:
         return self.signals.n_samples * self.signals.interval_s
 
 
+@checked
 def from_arrays(
-    rates_rad_s: FloatArray,
-    angles_rad: FloatArray,
+    rates_rad_s: SamplesLike,
+    angles_rad: SamplesLike,
     sampling_rate_hz: float,
     name: str = "arrays",
-    weight: float = 1.0,
+    weight: Positive = 1.0,
 ) -> list[TrainingSequence]:
     """Create training sequences from arrays.
 
@@ -77,7 +79,7 @@ def from_arrays(
     UserWarning
         If the rates are too fast for a leg, as in degrees per second.
     """
-    rates, angles = np.array(rates_rad_s, dtype=float), np.array(angles_rad, dtype=float)
+    rates, angles = np.asarray(rates_rad_s), np.asarray(angles_rad)
     for what, values in (("rates_rad_s", rates), ("angles_rad", angles)):
         if values.ndim != 2 or values.shape[1] != 3 or len(values) != len(rates):
             raise UserError(

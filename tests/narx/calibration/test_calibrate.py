@@ -282,7 +282,7 @@ def test_without_a_still_part_the_bias_stays_and_is_noted():
 
 def test_what_cannot_be_calibrated_is_refused_in_one_line():
     trial, _ = _trial("thigh_right", Rotation.identity(), movements=False)
-    with pytest.raises(UserError, match="mode 'magic' is unknown; expected auto"):
+    with pytest.raises(UserError, match="mode is 'magic', expected one of auto"):
         calibrate(trial, "magic")
     with pytest.raises(RecordingError, match="no hip abduction"):
         calibrate(trial, "functional")

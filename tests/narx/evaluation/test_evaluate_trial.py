@@ -9,7 +9,7 @@ from narx.datasets.splits import TrialPart
 from narx.evaluation.comparison import rows
 from narx.evaluation.trial import evaluate_trial
 from narx.evaluation.workload import Workload
-from narx.method import Estimate
+from narx.method import Estimate, OrientationMethod
 
 
 @pytest.fixture(scope="module")
@@ -21,11 +21,14 @@ def walk():
     return trial, calibrate(trial)
 
 
-class Counting:
+class Counting(OrientationMethod):
     """The reference plus a slow error; records how many samples it was given."""
 
     def __init__(self, calibrated):
         self.calibrated, self.asked = calibrated, []
+
+    def _estimate(self, signals):
+        raise NotImplementedError
 
     def run(self, signals):
         self.asked.append(signals.n_samples)

@@ -1,17 +1,15 @@
 """Which samples of a trial are scored, which methods ran, and which were not applicable."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from narx.calibration.calibrate import CalibratedSegment
 from narx.datasets.splits import TrialPart
-from narx.errors import MethodNotApplicableError
+from narx.errors import MethodNotApplicableError, UserError
 from narx.evaluation.trial import evaluate_trial
 from narx.evaluation.workload import Workload
 from narx.kinematics.segment_angles import orientation_from_angles
-from narx.method import Estimate, SegmentSignals
+from narx.method import Estimate, OrientationMethod, SegmentSignals
 from narx.recordings.trial import ImuRecording, Trial
 
 N, RATE_HZ = 41, 10.0
@@ -41,10 +39,37 @@ def _refuses(signals):
     raise MethodNotApplicableError(f"nothing to do with {signals.segment}")
 
 
+class _Method(OrientationMethod):
+    def __init__(self, run):
+        self.run = run
+
+    def _estimate(self, signals):
+        raise NotImplementedError
+
+
 METHODS = {
-    "good": SimpleNamespace(run=lambda signals: Estimate(ANGLES - 0.01, ANGLES * 0 + 0.02)),
-    "other": SimpleNamespace(run=_refuses),
+    "good": _Method(lambda signals: Estimate(ANGLES - 0.01, ANGLES * 0 + 0.02)),
+    "other": _Method(_refuses),
 }
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        ({"skip_s": float("nan")}, "skip_s is nan, expected a number"),
+        ({"skip_s": -1.0}, "skip_s is -1.0, expected a number from 0"),
+        ({"scored_rate_hz": 0.0}, "scored_rate_hz is 0.0, expected a number above 0"),
+        ({"scored_rate_hz": float("nan")}, "scored_rate_hz is nan, expected"),
+        ({"methods": {"zero": "zero"}}, "methods.zero is 'zero', expected OrientationMethod"),
+        ({"trial": None}, "trial is null, expected Trial"),
+    ],
+)
+def test_impossible_arguments_are_refused(option, said):
+    part = TrialPart("d", "S1", "slow", "1")
+    arguments = {"trial": _trial(), "calibrated": {"thigh_right": _segment()}, "methods": METHODS,
+                 "part": part, "skip_s": 0.0}  # fmt: skip
+    with pytest.raises(UserError, match=rf"^evaluate_trial: {said}"):
+        evaluate_trial(**arguments | option)
 
 
 @pytest.mark.parametrize(

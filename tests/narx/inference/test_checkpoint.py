@@ -3,6 +3,7 @@
 import os
 import pickle
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from narx.errors import UserError
 from narx.inference import checkpoint as checkpoints
 from narx.inference.checkpoint import Checkpoint
 from narx.inference.checkpoint_archive import digest
+from narx.inference.pretrained import pretrained
 from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
 from narx.network.model import Narx
@@ -250,7 +252,7 @@ def changed_unsealed(path):
         (within("model", structure={"hidden": 10**12}), "expected "),
         (within("model", structure={"hidden": np.inf}), "infinity"),
         (within("model", sampling_rate_hz=-100.0), "sampling_rate_hz is -100.0, expected"),
-        (within("model", sampling_rate_hz="fast"), "could not convert"),
+        (within("model", sampling_rate_hz="fast"), "'fast', expected a number"),
         (scaled(rate_scale_rad_s=0.0), "rate_scale"),
         (scaled(angle_offset_rad=np.inf), "offset"),
         (within("start_up", duration_s=np.nan), "start_up.duration_s is nan, expected a number"),
@@ -307,3 +309,30 @@ def test_a_file_that_is_not_there(tmp_path):
     for missing in (tmp_path / "none.pt", tmp_path):
         with pytest.raises(UserError, match=r"^checkpoint: no file '"):
             checkpoints.load(missing)
+
+
+@pytest.mark.parametrize("history", [{"a": {1, 2}}, {"a": object()}, {1: "a"}, {"a": b"x"}])
+def test_a_history_that_could_not_be_read_again_is_refused(tmp_path, history):
+    with pytest.raises(UserError, match=r"^checkpoint\.history: .*expected plain data$"):
+        checkpoints.save(replace(pretrained(), history=history), tmp_path / "a.pt")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["file/a.pt", "a" * 300, "a\0.pt", "."])
+def test_a_path_that_cannot_be_written_is_named(tmp_path, name):
+    (tmp_path / "file").write_text("a file")
+    with pytest.raises(UserError, match=r"^checkpoint: .* cannot be written: "):
+        checkpoints.save(pretrained(), tmp_path / name)
+
+
+def test_only_a_checkpoint_with_a_network_is_written(tmp_path):
+    with pytest.raises(UserError, match=r"^checkpoint is a dict, expected a Checkpoint$"):
+        checkpoints.save({}, tmp_path / "a.pt")
+    with pytest.raises(UserError, match=r"^model is a str, expected a Narx$"):
+        checkpoints.save(replace(pretrained(), model="narx"), tmp_path / "a.pt")
+
+
+@pytest.mark.parametrize("smoothing", ["no", 1, None])
+def test_a_flag_is_true_or_false(smoothing):
+    with pytest.raises(UserError, match=r"smoothing is .*, expected True or False$"):
+        pretrained().method(smoothing)

@@ -227,9 +227,12 @@ def test_standard_deviation_stays_between_that_of_the_start_up_and_the_rest(walk
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"frame": "body"}, "frame is 'body', expected one of auto, anatomical, walking, sensor"),
-        ({"side": "middle"}, "side is 'middle', expected one of right, left"),
-        ({"start_pose": "lying"}, "start_pose is 'lying', expected one of known, unknown"),
+        (
+            {"frame": "body"},
+            "predict: frame is 'body', expected one of auto, anatomical, walking, sensor",
+        ),
+        ({"side": "middle"}, "predict: side is 'middle', expected one of right, left"),
+        ({"start_pose": "lying"}, "predict: start_pose is 'lying', expected one of known, unknown"),
         ({"still_s": (90.0, 95.0)}, "file.csv: no gyroscope sample in still_s 90-95 s"),
     ],
 )
@@ -266,7 +269,7 @@ def test_missing_data_are_reported(walk, motion):
     noise[:, 1] = 0.02 * (np.cos(phase) + 0.5 * np.cos(2.0 * phase))
     with pytest.raises(RecordingError, match=r"^w: .*hardly turns .*is it walking"):
         predict(replace(off, gyroscope_rad_s=noise), NETWORK, where="w")
-    with pytest.raises(UserError, match=r"^sampling_rate_hz is 0, expected a positive number"):
+    with pytest.raises(UserError, match=r"^sampling_rate_hz is 0.0, expected a positive number"):
         angles_from_gyroscope(recording.gyroscope_rad_s, 0)
 
 

@@ -168,7 +168,7 @@ def test_a_bias_from_a_standing_recording_is_removed_once(trial, method):
         (lambda s: {}, {}, "no recording given"),
         (lambda s: s, {"start_pose": "lying"}, "start_pose is 'lying', expected one of auto"),
         (lambda s: s, {"align": "x"}, "align is 'x'"),
-        (lambda s: s, {"calibration": "x"}, "calibration mode 'x' is unknown"),
+        (lambda s: s, {"calibration": "x"}, "calibration is 'x', expected one of auto"),
         (lambda s: s | {"shank_right": replace(
             s["shank_right"], accelerometer_m_s2=s["shank_right"].accelerometer_m_s2 * np.nan)},
          {}, "'shank_right' has no accelerometer"),

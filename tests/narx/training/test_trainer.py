@@ -138,3 +138,8 @@ def test_arrays_that_are_none_are_refused(rates, angles, rate_hz, message):
 def test_nothing_to_train_on_is_refused():
     with pytest.raises(UserError, match="no sequence"):
         Trainer().fit([])
+
+
+def test_an_optimiser_is_an_object_not_its_class():
+    with pytest.raises(UserError, match=r"class LevenbergMarquardt, .* LevenbergMarquardt\(\)"):
+        Trainer(optimizer=LevenbergMarquardt)
