@@ -130,9 +130,10 @@ class Objective:
             sequences.rates_rad_s.shape[1],
             round(_REST_TIME_CONSTANTS / self.rest_leak_rad_s * model.sampling_rate_hz),
         )
-        time_s = torch.arange(1, n + 1, dtype=torch.float64) / model.sampling_rate_hz
+        time_s = np.arange(1, n + 1) / model.sampling_rate_hz
         angle = torch.full((3,), _REST_ANGLE_RAD, dtype=torch.float64)
-        target = _REST_ANGLE_RAD * torch.exp(-self.rest_leak_rad_s * time_s)
+        # by numpy: torch's threads give other last digits in one process of some hundred
+        target = torch.from_numpy(_REST_ANGLE_RAD * np.exp(-self.rest_leak_rad_s * time_s))
         padding = (0, 0, 0, n - sequences.rates_rad_s.shape[1])
         axes = torch.tensor(self.axis_weights, dtype=torch.float64)
         counts = torch.isfinite(sequences.targets_rad) * sequences.weight[:, None, None]
