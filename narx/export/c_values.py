@@ -58,6 +58,8 @@ _TRACKER_NUMBERS = {
     "reopened": kernel.REOPENED,
     "delay_s": kernel.DELAY_S,
     "alignment": kernel.ALIGNMENT,
+    "corrected_kept": kernel.CORRECTED_KEPT,
+    "per_corrected": kernel.PER_CORRECTED,
 }
 
 
@@ -174,6 +176,7 @@ def _tracked(checkpoint: Checkpoint) -> dict[str, Any]:
         "swing_time_s": interval_s / (parameters[kernel.SWING_DECAY] - 1.0),
         "most_doubt": kernel.MOST_DOUBT,
         "far_rad": kernel.FAR_RAD,
+        "most_corrected": kernel.MOST_CORRECTED_RAD,
         "per_doubt": 1.0 / (kernel.DOUBT_SPAN * parameters[kernel.KNOWN_ENOUGH]),
         "per_far_rad": 1.0 / (kernel.FAR_RAD - kernel.NEAR_RAD),
         "leg_skewness": leg.LEG_SKEWNESS,

@@ -113,6 +113,12 @@ static narx_real std_growth(const narx_state *state)
     return growth < MOST_GROWTH ? growth : MOST_GROWTH;
 }
 
+/* What the recent corrections add to the standard deviation of a tilt angle. */
+static narx_real corrected(const narx_state *state, int axis)
+{
+    return axis < 2 ? squared(state->corrected[axis]) * PER_CORRECTED : 0;
+}
+
 void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
 {
     const narx_real growth = std_growth(state);
@@ -123,7 +129,9 @@ void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
         const narx_real variance =
             relative[axis] + 2 * relative[CENTRE + axis] + posture[CENTRE + axis] +
             squared(DELAY_S * state->rates[axis][0]);
-        deviation[axis] = variance > 0 ? growth * STD_SCALE[axis] * sqrt${f}(variance) : 0;
+        const narx_real scale = growth * STD_SCALE[axis];
+        deviation[axis] = sqrt${f}((variance > 0 ? squared(scale) * variance : 0) +
+                                   squared(corrected(state, axis)));
         if (state->known && deviation[axis] < ALIGNMENT)
             deviation[axis] = ALIGNMENT;
     }
@@ -131,5 +139,6 @@ void narx_standard_deviation(const narx_state *state, narx_real deviation[3])
 
 static int is_doubtful(const narx_state *state)
 {
-    return std_growth(state) > DOUBTFUL_GROWTH;
+    return std_growth(state) > DOUBTFUL_GROWTH || corrected(state, 0) > MOST_CORRECTED_RAD ||
+           corrected(state, 1) > MOST_CORRECTED_RAD;
 }

@@ -45,6 +45,9 @@ enum { CENTRE = 3, BIAS = 6, LEAN = 9, VELOCITY = 10 };
 #define REOPENED ${reopened}
 #define DELAY_S ${delay_s}
 #define ALIGNMENT ${alignment}
+#define CORRECTED_KEPT ${corrected_kept}
+#define PER_CORRECTED ${per_corrected}
+#define MOST_CORRECTED_RAD ${most_corrected}
 #define LEG_SKEWNESS ${leg_skewness}
 #define STD_GROWTH ${std_growth}
 #define MOST_GROWTH ${most_growth}
@@ -115,13 +118,14 @@ static narx_real carry(narx_state *s, const narx_real own[3], narx_real share, n
     s->turn += TURN_GAIN * (rates[2] - s->turn);
     for (axis = 0; axis < 3; axis++) {
         const narx_real lean = axis == 1 ? s->x[LEAN] * s->turn : 0;
+        const narx_real moved = HALF_INTERVAL_S * (rates[axis] + s->rates[axis][0]);
+        const narx_real integrated = s->past[axis][0] + moved;
         if (share > 0)
             s->x[axis] = network(s, axis, rates[axis], s->x[CENTRE + axis] + lean);
-        if (share < 1) {
-            const narx_real moved = HALF_INTERVAL_S * (rates[axis] + s->rates[axis][0]);
-            const narx_real integrated = s->past[axis][0] + moved;
+        if (share < 1)
             s->x[axis] = integrated + (share > 0 ? share * (s->x[axis] - integrated) : 0);
-        }
+        if (axis < 2)
+            s->corrected[axis] = CORRECTED_KEPT * s->corrected[axis] + (s->x[axis] - integrated);
         for (k = NARX_PAST_RATES - 1; k > 0; k--)
             s->rates[axis][k] = s->rates[axis][k - 1];
         s->rates[axis][0] = rates[axis];
@@ -376,6 +380,8 @@ static void advance(narx_state *s, const narx_real inputs[NARX_INPUTS])
     }
     for (axis = 0; axis < 3; axis++) {
         const narx_real correction = s->x[axis] - carried[axis];
+        if (axis < 2)
+            s->corrected[axis] += share * correction;
         for (k = NARX_PAST_ANGLES - 1; k > 0; k--)
             s->past[axis][k] = s->past[axis][k - 1] + correction;
         s->past[axis][0] = s->x[axis];

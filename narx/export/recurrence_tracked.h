@@ -12,6 +12,7 @@
     narx_real sum_angles[3], sum_turn, before[2]; /* over the present swing, at its start */
     narx_real odd[3], mean_rate[3];
     narx_real square, cube;                       /* means of the sagittal rate's in walking */
+    narx_real corrected[2];                       /* recent corrections of the tilt angles */
     narx_real rates[3][NARX_PAST_RATES];          /* of the angles, newest first */
     narx_real past[3][NARX_PAST_ANGLES];          /* angles, newest first */
     unsigned char rising;

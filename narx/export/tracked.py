@@ -160,6 +160,8 @@ class TrackedRecurrence(TrackedState):
         part = share.unsqueeze(-1)
         partly = torch.where(part > 0.0, integrated + part * (carried - integrated), integrated)
         carried = torch.where(part < 1.0, partly, carried)
+        corrected = s[..., kernel.CORRECTED : kernel.CORRECTED + 2]
+        corrected = p[kernel.CORRECTED_KEPT] * corrected + (carried - integrated)[..., :2]
         turned = carried[..., 0]
         whole = (torch.abs(turned) > self.pi).to(s.dtype) * torch.sign(turned)
         wrapped = (2.0 * self.pi * whole).unsqueeze(-1) * e[0, :3]
@@ -309,6 +311,7 @@ class TrackedRecurrence(TrackedState):
         before = torch.where(ends.unsqueeze(-1), x[..., :2], before)
 
         correction = (x[..., :3] - carried).unsqueeze(-1)
+        corrected = corrected + part * correction[..., :2, 0]
         past = torch.cat(
             [x[..., :3].unsqueeze(-1), past[..., : self.n_outputs - 1] + correction], dim=-1
         )
@@ -329,6 +332,7 @@ class TrackedRecurrence(TrackedState):
                 mean_rate,
                 s[..., kernel.KNOWN : kernel.KNOWN + 1],
                 torch.stack([leg_square, leg_cube, turning], dim=-1),
+                corrected,
                 heading.unsqueeze(-1),
                 lower,
                 works.to(s.dtype).unsqueeze(-1),

@@ -68,6 +68,7 @@ class TrackedState(nn.Module):
     std_growth: Tensor
     most_growth: Tensor
     doubtful_growth: Tensor
+    most_corrected: Tensor
     std_scale: Tensor
     centre_loss: Tensor
     span_loss: Tensor
@@ -147,6 +148,7 @@ class TrackedState(nn.Module):
             ("std_growth", leg.STD_GROWTH),
             ("most_growth", leg.MOST_GROWTH),
             ("doubtful_growth", leg.DOUBTFUL_GROWTH),
+            ("most_corrected", kernel.MOST_CORRECTED_RAD),
             ("std_scale", tracker.std_scale),
             # what is lost in a sample: a share close to one has few digits of it
             ("centre_loss", 1.0 - float(numbers[kernel.CENTRE_DECAY])),
@@ -254,6 +256,7 @@ class TrackedState(nn.Module):
         delayed = self.p[kernel.DELAY_S] * rates[..., 0]
         variances = torch.clamp(torch.diagonal(both, dim1=-2, dim2=-1) + delayed**2, min=0.0)
         deviations = self._growth(state) * self.std_scale * torch.sqrt(variances)
+        deviations = torch.sqrt(deviations**2 + self._corrected(state) ** 2)
         return torch.maximum(deviations, known * self.p[kernel.ALIGNMENT])
 
     def by_network(self, state: Tensor) -> Tensor:
@@ -273,7 +276,7 @@ class TrackedState(nn.Module):
         return state[..., at : at + 1] > 0.0
 
     def doubtful(self, state: Tensor) -> Tensor:
-        """Tell whether the motion does not resemble the swing of a leg.
+        """Tell whether the motion does not resemble the swing of a leg, or was corrected much.
 
         Parameters
         ----------
@@ -283,9 +286,17 @@ class TrackedState(nn.Module):
         Returns
         -------
         Tensor of bool, shape (..., 1)
-            True if the standard deviations are more than doubled for that.
+            True if the standard deviations are more than doubled for that, or if the recent
+            corrections add more than five degrees to them.
         """
-        return self._growth(state) > self.doubtful_growth
+        corrected = torch.amax(self._corrected(state), dim=-1, keepdim=True)
+        return (self._growth(state) > self.doubtful_growth) | (corrected > self.most_corrected)
+
+    def _corrected(self, state: Tensor) -> Tensor:
+        """What the recent corrections add to the standard deviations (..., 3), rad."""
+        at = self.n + self.n * self.n + kernel.CORRECTED
+        added = state[..., at : at + 2] ** 2 * self.p[kernel.PER_CORRECTED]
+        return torch.cat([added, torch.zeros_like(added[..., :1])], dim=-1)
 
     def _growth(self, state: Tensor) -> Tensor:
         """Factor on the standard deviations (..., 1), as `narx.kernels.leg.std_growth`."""

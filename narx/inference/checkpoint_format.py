@@ -14,7 +14,8 @@ format meaning
 3      field ``tracker``; without it none
 4      field ``known_bias_sd_deg_s`` of the tracker; without it its ``bias_sd_deg_s``
 5      fields ``turn_time_s`` and ``turning_time_s`` of the tracker; without them both 0.5 s;
-       ``reopened_sd_deg``, ``delay_s`` and ``alignment_sd_deg``; without them none
+       ``reopened_sd_deg``, ``delay_s``, ``alignment_sd_deg`` and ``corrected_sd_deg``; without
+       them none
 ====== =========================================================================================
 """
 
@@ -24,8 +25,8 @@ from typing import Any
 from narx.inference.checkpoint_archive import digest
 
 FORMAT = 5
-# a tracker's parameters are above zero; this smallest one has no effect
-_NONE = 1e-9
+# a tracker's parameters are within these limits, which have no effect
+_SMALLEST, _LARGEST = 1e-9, 1e6
 
 
 def sealed(content: dict[str, Any]) -> dict[str, Any]:
@@ -101,7 +102,8 @@ def _from_4(content: dict[str, Any]) -> dict[str, Any]:
     tracker = content["tracker"]
     if tracker is not None:
         before = dict.fromkeys(("turn_time_s", "turning_time_s"), 0.5)
-        none = dict.fromkeys(("reopened_sd_deg", "delay_s", "alignment_sd_deg"), _NONE)
+        none = dict.fromkeys(("reopened_sd_deg", "delay_s", "alignment_sd_deg"), _SMALLEST)
+        none["corrected_sd_deg"] = _LARGEST
         tracker = {**before, **none, **tracker}
     return {**content, "tracker": tracker}
 

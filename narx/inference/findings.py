@@ -131,7 +131,7 @@ def start_up_note(
 
 
 def doubtful_note(quality: NDArray[np.int8]) -> list[str]:
-    """Report if the motion does not resemble the swing of a leg for most of the time.
+    """Report if the motion is doubtful for most of the time.
 
     Parameters
     ----------
@@ -149,8 +149,9 @@ def doubtful_note(quality: NDArray[np.int8]) -> list[str]:
         return []
     return [
         f"in {100 * doubtful / by_network:.0f} % of the samples the motion does not resemble the "
-        "swing of a leg, which is faster forward than backward (quality 4, with larger standard "
-        "deviations): another motion, or a sensor mounted the wrong way round"
+        "swing of a leg, which is faster forward than backward, or the angle was corrected by "
+        "several degrees (quality 4, with larger standard deviations): another motion, a sensor "
+        "that slipped or is mounted the wrong way round"
     ]
 
 

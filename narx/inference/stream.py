@@ -38,7 +38,8 @@ class Quality(IntEnum):
     """Start-up, or no walking: the rates are integrated, and errors are larger."""
     DOUBTFUL = 4
     """With a tracker: the motion does not resemble the swing of a leg, which is faster forward than
-    backward; errors are larger."""
+    backward, or a tilt angle was corrected by several degrees in the last seconds; errors are
+    larger."""
 
 
 class Estimate(NamedTuple):

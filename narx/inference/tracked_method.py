@@ -78,11 +78,14 @@ class TrackedNarxMethod(NarxMethod):
             between walks.
         """
         there = self.usable(signals)
-        angles, std, growth, by_network = self._follow(signals, there)
+        angles, std, growth, corrected, by_network = self._follow(signals, there)
         starting = ~by_network & finite_rows(angles)
         quality = quality_of(there, starting, signals.interval_s)
-        quality[(quality == ARRIVED) & (growth > leg.DOUBTFUL_GROWTH)] = DOUBTFUL
+        doubtful = growth > leg.DOUBTFUL_GROWTH
+        doubtful |= (corrected > kernel.MOST_CORRECTED_RAD).any(axis=1)
+        quality[(quality == ARRIVED) & doubtful] = DOUBTFUL
         std = std * growth[:, None] * np.array(self.tracker.std_scale)
+        std = np.sqrt(std * std + corrected * corrected)
         if signals.initial_angles_rad is not None:
             std = np.maximum(std, math.radians(self.tracker.alignment_sd_deg))
         return NetworkEstimate(angles, std, starting, quality)
@@ -110,14 +113,15 @@ class TrackedNarxMethod(NarxMethod):
     def _follow(self, signals: SegmentSignals, there: BoolArray) -> Tracked:
         if there.all():
             return self._follow_bridged(signals)
-        angles, std = np.full((2, signals.n_samples, 3), np.nan)
+        angles, std, corrected = np.full((3, signals.n_samples, 3), np.nan)
         growth, by_network = np.full(signals.n_samples, np.nan), np.zeros(len(there), dtype=bool)
         if there.any():
             bridged, tick_of = self.bridged(signals)
             tracked, at = self._follow_bridged(bridged), tick_of[there]
             angles[there], std[there] = tracked.angles_rad[at], tracked.std_rad[at]
             growth[there], by_network[there] = tracked.std_growth[at], tracked.by_network[at]
-        return Tracked(angles, std, growth, by_network)
+            corrected[there] = tracked.corrected_rad[at]
+        return Tracked(angles, std, growth, corrected, by_network)
 
     def _follow_bridged(self, signals: SegmentSignals) -> Tracked:
         rate_hz = self.model.sampling_rate_hz
@@ -146,7 +150,7 @@ class TrackedNarxMethod(NarxMethod):
             n_joined = begins[-1] + len(rows[-1])
         joined = np.concatenate(rows) if rows else np.empty((0, inputs.shape[1]))
         tracked = self._at_network_rate_tracked(joined, signals.initial_angles_rad)
-        angles, std = np.full((2, n, 3), np.nan)
+        angles, std, corrected = np.full((3, n, 3), np.nan)
         growth, by_network = np.full(n, np.nan), np.zeros(n, dtype=bool)
         for piece, begin, conversion in zip(pieces, begins, conversions, strict=True):
             part = slice(begin, begin + len(conversion.network_rates_rad_s))
@@ -155,7 +159,8 @@ class TrackedNarxMethod(NarxMethod):
             nearest = np.minimum(begin + nearest, part.stop - 1)
             std[piece], by_network[piece] = tracked.std_rad[nearest], tracked.by_network[nearest]
             growth[piece] = tracked.std_growth[nearest]
-        return Tracked(angles, std, growth, by_network)
+            corrected[piece] = tracked.corrected_rad[nearest]
+        return Tracked(angles, std, growth, corrected, by_network)
 
     def _at_network_rate_tracked(self, inputs: FloatArray, start: FloatArray | None) -> Tracked:
         tracking = Tracking(self.tracker, self.model, start)

@@ -33,10 +33,17 @@ unknown, a swing that ends so far from its beginning may also be that of a phone
 hand into the pocket, whose angle was learned from other motion: it is doubted (`reopened_sd_deg`).
 
 The returned standard deviation s follows from the variance P of the filter, the rate of the angle
-and two errors that the filter cannot estimate: the time of an angle, and, from a known start only,
-what calibration and skin leave::
+and three errors that the filter cannot estimate: the time of an angle; a slip of the sensor or
+another change that it takes for drift; and, from a known start only, what calibration and skin
+leave::
 
-    s = max(std_scale * growth * sqrt(P + (delay_s * rate)^2), alignment_sd_deg)
+    filter = std_scale * growth * sqrt(P + (delay_s * rate)^2)
+    s = max(sqrt(filter^2 + (c^2 / corrected_sd_deg)^2), alignment_sd_deg)
+
+c is the sum of the corrections of the last 15 s by which network and filter have moved a tilt
+angle away from the integrated rates. A gyroscope drifts slowly, so in steady walking it is about a
+degree; after a slip of 20 degrees the angle is drawn towards the former posture, and c is half of
+the error. Where it adds more than five degrees, the samples are marked as doubtful.
 
 A leg swings forward faster than backward. Where the skewness of the sagittal rate is below that of
 a leg, as of an arm, a phone at the ear or a sensor mounted the wrong way round, the standard
@@ -75,6 +82,8 @@ _EARLY_SWINGS = 5.0
 _SMALLEST, _LARGEST = 1e-9, 1e6
 # time constant of the means that tell a leg from other motion: eight strides
 _LEG_TIME_S = 8.0
+# time over which corrections are summed
+_CORRECTED_TIME_S = 15.0
 # rest: over half a second, the rate varies by less than 1.5 deg/s
 _REST_TIME_S, _REST_RAD_S = 0.5, math.radians(1.5)
 
@@ -132,6 +141,8 @@ class PostureTracker:
     alignment_sd_deg : float
         What calibration and skin leave of the error if the start pose is known: the returned
         standard deviation is never smaller.
+    corrected_sd_deg : float
+        Recent corrections c of a tilt angle add ``c^2 / corrected_sd_deg`` to it.
     forward_sd_m_s, sideways_sd_m_s : float
         Standard deviation of the mean velocity over a second, m/s; this and the following only
         with `aided`.
@@ -173,6 +184,7 @@ class PostureTracker:
     reopened_sd_deg: float = 10.0
     delay_s: float = 0.02
     alignment_sd_deg: float = 1.7
+    corrected_sd_deg: float = 3.0
     forward_sd_m_s: float = 0.9
     sideways_sd_m_s: float = 0.25
     speed_m_s: float = 0.9
@@ -257,6 +269,8 @@ class PostureTracker:
             kernel.REOPENED: math.radians(self.reopened_sd_deg) ** 2,
             kernel.DELAY_S: self.delay_s,
             kernel.ALIGNMENT: math.radians(self.alignment_sd_deg),
+            kernel.CORRECTED_KEPT: math.exp(-dt / _CORRECTED_TIME_S),
+            kernel.PER_CORRECTED: 1.0 / math.radians(self.corrected_sd_deg),
         }
         for axis, sd in enumerate(self.swing_sd_deg):
             values[kernel.CYCLE_VARIANCE + axis] = math.radians(sd) ** 2

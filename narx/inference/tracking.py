@@ -26,6 +26,8 @@ class Tracked(NamedTuple):
         Standard deviation of their error according to the model, for the swing of a leg.
     std_growth : ndarray, shape (N,)
         Factor on it for motion that does not resemble one.
+    corrected_rad : ndarray, shape (N, 3)
+        What the recent corrections add to it.
     by_network : ndarray of bool, shape (N,)
         Whether the network propagated the angle; False while the rates were integrated.
     """
@@ -33,6 +35,7 @@ class Tracked(NamedTuple):
     angles_rad: FloatArray
     std_rad: FloatArray
     std_growth: FloatArray
+    corrected_rad: FloatArray
     by_network: BoolArray
 
     def reversed(self) -> "Tracked":
@@ -47,6 +50,7 @@ class Tracked(NamedTuple):
             self.angles_rad[::-1],
             self.std_rad[::-1],
             self.std_growth[::-1],
+            self.corrected_rad[::-1],
             self.by_network[::-1],
         )
 
@@ -138,11 +142,14 @@ class Tracking:
         force = np.ascontiguousarray(specific_force_m_s2, dtype=np.float64)
         angles, variances = np.empty_like(rates), np.empty_like(rates)
         growth, by_network = np.empty(len(rates)), np.empty(len(rates), dtype=np.bool_)
+        corrected = np.empty_like(rates)
         track(
             rates, force, self.x, self.covariance, self.scalars, self.parameters, self.weights,
-            self.hidden, self.rates, self.past, angles, variances, growth, by_network,
+            self.hidden, self.rates, self.past, angles, variances, growth,
+            corrected, by_network,
         )  # fmt: skip
-        return Tracked(angles, np.sqrt(np.maximum(variances, 0.0)), growth, by_network)
+        std = np.sqrt(np.maximum(variances, 0.0))
+        return Tracked(angles, std, growth, corrected, by_network)
 
     def time_reversed(self) -> "Tracking":
         """Return a tracker that runs backwards in time from the current state.
@@ -206,5 +213,6 @@ def follow(tracking: Tracking, inputs: FloatArray, aided: bool, smoothing: bool)
         np.minimum(forward.std_rad, back.std_rad),
         # backwards in time the skewness has the opposite sign
         forward.std_growth,
+        np.maximum(forward.corrected_rad, back.corrected_rad),
         forward.by_network | back.by_network,
     )

@@ -28,12 +28,14 @@ from narx.kernels.compiler import EXACT, EXACT_INNER, EXACT_VIEWS, compiled
 from narx.kernels.leg import DOUBTFUL_GROWTH, std_growth
 from narx.kernels.sizes import SCALAR, VECTOR
 from narx.kernels.tracker import room, step
+from narx.kernels.tracker_angles import corrected_rad
 from narx.kernels.tracker_layout import (
     ALIGNMENT,
     CUBE,
     DELAY_S,
     INTERVAL,
     KNOWN,
+    MOST_CORRECTED_RAD,
     PARAMETERS,
     SCALARS,
     SQUARE,
@@ -133,17 +135,21 @@ def _follow(
                 else:
                     turn_on(x[:, lane], samples[b, k], rows[PAST, lane], angles[b, k])
                 growth = std_growth(s[SQUARE, lane], s[CUBE, lane])
+                most_corrected = 0.0
                 for axis in range(3):
                     variance = (
                         covariance[axis, axis, lane] + (p[DELAY_S] * rates[axis, 0, lane]) ** 2
                     )
                     std = math.sqrt(max(variance, 0.0)) * growth * std_scale[axis]
+                    corrected = corrected_rad(s, p, axis, lane)
+                    most_corrected = max(most_corrected, corrected)
+                    std = math.sqrt(std * std + corrected * corrected)
                     stds[b, k, axis] = max(std, s[KNOWN, lane] * p[ALIGNMENT])
                 if arrival == AFTER_PAUSE:
                     continue
                 if rows[at_works, lane] == 0.0:
                     quality[b, k] = STARTING
-                elif growth > DOUBTFUL_GROWTH:
+                elif growth > DOUBTFUL_GROWTH or most_corrected > MOST_CORRECTED_RAD:
                     quality[b, k] = DOUBTFUL
 
 

@@ -18,7 +18,7 @@ from narx.kernels.functions import load, magnitude, sine_cosine, splat, store, w
 from narx.kernels.kalman import measure_state
 from narx.kernels.leg import std_growth
 from narx.kernels.sizes import SCALAR
-from narx.kernels.tracker_angles import advance, within_a_turn
+from narx.kernels.tracker_angles import add_correction, advance, corrected_rad, within_a_turn
 from narx.kernels.tracker_covariance import propagate
 from narx.kernels.tracker_events import end_gap, end_swing
 from narx.kernels.tracker_layout import (
@@ -317,6 +317,8 @@ def step(tick: Any, state: Any, p: Any, weights: Any, room: Any, lanes: Any) -> 
         # a correction is not a movement: past angles are shifted by the same amount
         angle = load(lanes, x, (axis, 0))
         correction = angle - load(lanes, work, (CARRIED, axis, 0))
+        if axis < 2:
+            add_correction(s, axis, works * correction, lanes)
         for i in range(past.shape[1] - 1, 0, -1):
             before = load(lanes, past, (axis, i - 1, 0))
             store(lanes, past, (axis, i, 0), before + correction)
@@ -326,7 +328,7 @@ def step(tick: Any, state: Any, p: Any, weights: Any, room: Any, lanes: Any) -> 
 @compiled(**EXACT_VIEWS)
 def _track(
     axis_rates: Any, force: Any, x: Any, covariance: Any, s: Any, p: Any, weights: Any,
-    rates: Any, past: Any, angles: Any, variances: Any, growths: Any, works: Any,
+    rates: Any, past: Any, angles: Any, variances: Any, growths: Any, corrected: Any, works: Any,
     space: Any, tick: Any, working: Any,
 ) -> None:  # fmt: skip
     n = len(x)
@@ -351,6 +353,7 @@ def _track(
             angles[k] = math.nan
             variances[k] = math.nan
             growths[k] = math.nan
+            corrected[k] = math.nan
             works[k] = False
             continue
         step(tick, state, p, weights, space, SCALAR)
@@ -358,6 +361,7 @@ def _track(
         for axis in range(3):
             angles[k, axis] = x[axis]
             variances[k, axis] = covariance[axis, axis] + (p[DELAY_S] * rates[axis, 0]) ** 2
+            corrected[k, axis] = corrected_rad(state[2], p, axis, 0)
         growths[k] = std_growth(s[SQUARE], s[CUBE])
 
 
@@ -376,17 +380,19 @@ def track(
     angles: Any,
     variances: Any,
     growths: Any,
+    corrected: Any,
     works: Any,
 ) -> None:
     """Advance one sensor over samples (N, 3), NaN where missing.
 
-    Fills angles and their variances (N, 3), growths of the standard deviation and works (N,).
+    Fills angles and their variances (N, 3), growths of the standard deviation (N,), what the recent
+    corrections add to it (N, 3) and works (N,).
 
     x (n,), covariance (n, n), s (SCALARS,), rates and past (3, lags) are the state, changed in
     place; p (PARAMETERS,) is from `narx.inference.tracker`.
     """
     _track(
         axis_rates, force, x, covariance, s, p, weights, rates, past,
-        angles, variances, growths, works,
+        angles, variances, growths, corrected, works,
         room(len(x), len(weights), n_hidden, 1), np.empty((6, 1)), np.zeros((1, 1)),
     )  # fmt: skip

@@ -12,15 +12,31 @@ from narx.kernels.tracker_layout import (
     ANGLE_SCALE,
     CARRIED,
     CENTRE,
+    CORRECTED,
+    CORRECTED_KEPT,
     INTERVAL,
     LEAN,
     NOW,
     OUTPUT,
     OWN,
+    PER_CORRECTED,
     RATE_SCALE,
     TURN,
     TURN_GAIN,
 )
+
+
+@compiled(**EXACT_VIEWS)
+def add_correction(s: Any, axis: int, correction: Any, lanes: Any) -> None:
+    """Add a correction of a tilt angle to those of the last seconds."""
+    before = load(lanes, s, (CORRECTED + axis, 0))
+    store(lanes, s, (CORRECTED + axis, 0), before + correction)
+
+
+@compiled(**EXACT_VIEWS)
+def corrected_rad(s: Any, p: Any, axis: int, lane: int) -> float:
+    """What the recent corrections add to the standard deviation of an angle."""
+    return float(s[CORRECTED + axis, lane] ** 2 * p[PER_CORRECTED] if axis < 2 else 0.0)
 
 
 @compiled(**EXACT_VIEWS)
@@ -56,6 +72,9 @@ def advance(
     mean_turn = load(lanes, s, (TURN, 0))
     mean_turn = mean_turn + p[TURN_GAIN] * (turn - mean_turn)
     store(lanes, s, (TURN, 0), mean_turn)
+    for axis in range(2):
+        recent = p[CORRECTED_KEPT] * load(lanes, s, (CORRECTED + axis, 0))
+        store(lanes, s, (CORRECTED + axis, 0), recent)
     if by_network:
         lean = load(lanes, x, (LEAN, 0)) * mean_turn
         for axis in range(3):
@@ -79,7 +98,10 @@ def advance(
             away = load(lanes, work, (OUTPUT, axis, 0)) * p[ANGLE_SCALE]
             found = load(lanes, work, (ABOUT, axis, 0)) + away
             partly = where_less(zero, works, angle + works * (found - angle), angle)
+            by_rate = angle
             angle = where_less(works, one, partly, found)
+            if axis < 2:
+                add_correction(s, axis, angle - by_rate, lanes)
         store(lanes, x, (axis, 0), angle)
         for i in range(n_rates - 1, 0, -1):
             store(lanes, rates, (axis, i, 0), load(lanes, rates, (axis, i - 1, 0)))

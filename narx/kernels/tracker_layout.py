@@ -17,7 +17,9 @@ SUM_ANGLES, SUM_TURN, BEFORE, ODD, MEAN_RATE, KNOWN = 13, 16, 17, 19, 22, 25
 SQUARE, CUBE = 26, 27
 # mean turn rate over a stride
 TURNING = 28
-SCALARS = 29
+# sum of the recent corrections of the two tilt angles, while the network propagates them
+CORRECTED = 29
+SCALARS = 31
 
 # parameters; rates are per sample
 (
@@ -28,8 +30,8 @@ SCALARS = 29
     VELOCITY_NOISE, SPEED, RATE_SCALE, ANGLE_SCALE,
 ) = range(27)  # fmt: skip
 CYCLE_VARIANCE, VELOCITY_VARIANCE, LEG_GAIN = 27, 30, 32
-TURNING_GAIN, MOST_NET, REOPENED, DELAY_S, ALIGNMENT = range(33, 38)
-PARAMETERS = 38
+TURNING_GAIN, MOST_NET, REOPENED, DELAY_S, ALIGNMENT, CORRECTED_KEPT, PER_CORRECTED = range(33, 40)
+PARAMETERS = 40
 
 # rows of the intermediate results of a step: direction of a measurement and its product with the
 # covariance, the network's output, gyroscope without bias, angles before corrections, changes of a
@@ -49,5 +51,7 @@ DOUBT_SPAN = 0.1
 NEAR_RAD, FAR_RAD = math.radians(45.0), math.radians(55.0)
 # a longer gap leaves no more of the angle than this one
 LONGEST_GAP_S = 1.0
+# the motion is doubtful if the recent corrections add more to the standard deviation
+MOST_CORRECTED_RAD = math.radians(5.0)
 # larger than the bias of any current gyroscope
 MOST_BIAS_RAD_S = math.radians(10.0)

@@ -118,6 +118,7 @@ def test_a_tracker_of_format_4_has_one_mean_turn_rate_and_no_further_doubt():
     tracker = checkpoints.load(FIXTURES / "format_3.pt").tracker
     assert tracker.turn_time_s == tracker.turning_time_s == 0.5
     assert max(tracker.reopened_sd_deg, tracker.delay_s, tracker.alignment_sd_deg) <= 1e-9
+    assert tracker.corrected_sd_deg == 1e6
 
 
 def test_an_older_package_refuses_a_file_of_this_one(path):

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 import torch
 from scipy import stats
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
+from narx.calibration.calibrate import calibrate
+from narx.datasets import SimulatedGait
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.checkpoint import Checkpoint, load, save
+from narx.inference.pretrained import pretrained
 from narx.inference.stream import Quality
 from narx.inference.tracker import PostureTracker, leak_rad_s
 from narx.inference.tracking import Tracking
@@ -289,6 +293,64 @@ def test_an_uncertain_time_adds_the_rate_times_its_standard_deviation():
     assert unsure**2 - sure**2 == pytest.approx((2.0 * 2.0 * 0.4) ** 2, rel=1e-9)
 
 
+def sums_of_corrections(signals, angles_rad, by_network, time_s=15.0):
+    """Recent corrections of the sagittal angle: the difference of its changes and the rates.
+
+    For a rotation about the sagittal axis alone, and a bias of zero.
+    """
+    rate = signals.axis_rates_rad_s[:, 0]
+    moved = 0.5 * (rate[1:] + rate[:-1]) / RATE_HZ
+    corrections = (np.diff(angles_rad[:, 0]) - moved) * by_network[1:]
+    return lfilter([1.0], [1.0, -np.exp(-1.0 / RATE_HZ / time_s)], [0.0, *corrections])
+
+
+def test_the_standard_deviation_grows_with_the_square_of_recent_corrections():
+    phase = 2.0 * np.pi * 0.9 * np.arange(0.0, 60.0, 1.0 / RATE_HZ)
+    rates = np.zeros((len(phase), 3))
+    rates[:, 0] = 2.0 * (np.cos(phase) + 0.5 * np.cos(2.0 * phase))
+    rates[round(30.0 * RATE_HZ) :, 0] += np.radians(0.5)  # which the leg's return contradicts
+    signals = SegmentSignals("thigh", RATE_HZ, rates, rates, np.zeros(3))
+    settings = {"known_bias_sd_deg_s": 1e-9, "bias_noise_deg_s": 1e-9, "alignment_sd_deg": 1e-9}
+    plain, grown = (
+        tracked(**settings, corrected_sd_deg=sd_deg).run(signals) for sd_deg in (1e6, 2.0)
+    )
+    c = sums_of_corrections(signals, plain.angles_rad, ~plain.starting)
+    added = np.sqrt(grown.std_rad**2 - plain.std_rad**2)
+    late = slice(round(20.0 * RATE_HZ), None)
+    assert np.degrees(np.abs(c).max()) > 4.0
+    np.testing.assert_allclose(added[late, 0], c[late] ** 2 / np.radians(2.0), rtol=0.02, atol=1e-5)
+    np.testing.assert_array_equal(added[:, 2], 0.0)
+    np.testing.assert_array_equal(plain.angles_rad, grown.angles_rad)
+    doubtful = grown.quality == Quality.DOUBTFUL
+    assert doubtful.any()
+    np.testing.assert_array_equal(
+        doubtful[late], (added[late].max(axis=1) > np.radians(5.0)) & ~grown.starting[late]
+    )
+    assert not (plain.quality == Quality.DOUBTFUL).any()
+
+
+def test_after_a_slip_the_band_holds_the_error_or_the_samples_are_marked():
+    source = SimulatedGait(
+        subjects=("V3", "V4", "V9"), conditions=("normal",), sampling_rate_hz=100.0,
+        treadmill_duration_s=46.0, segments=("thigh_right", "shank_right"), slips_s=[30.0],
+    )  # fmt: skip
+    segments = [s for trial in source.select() for s in calibrate(trial).values()]
+    shares = {}
+    for sd_deg in (1e6, 3.0):
+        shipped = pretrained()
+        tracker = replace(shipped.tracker, corrected_sd_deg=sd_deg)
+        method, counted = replace(shipped, tracker=tracker).method(), []
+        for segment in segments:
+            found = method.run(segment.signals)
+            off = np.abs(segment.reference_angles_rad - found.angles_rad)[3500:4500, :2]
+            held = off < 1.96 * found.std_rad[3500:4500, :2]
+            marked = np.isin(found.quality[3500:4500], (Quality.STARTING, Quality.DOUBTFUL))
+            counted.append((held | marked[:, None])[np.isfinite(off).all(axis=1)].mean(axis=0))
+        shares[sd_deg] = np.mean(counted, axis=0)
+    assert (shares[3.0] > 0.85).all()
+    assert (shares[1e6] < 0.8).any()
+
+
 def test_a_known_start_leaves_what_calibration_and_skin_leave():
     walk = Walk(60.0)
     for known in (True, False):
@@ -321,9 +383,9 @@ def test_the_standard_deviation_follows_the_available_information():
     rates = signals.axis_rates_rad_s.copy()
     rates[round(60 * RATE_HZ) : round(63 * RATE_HZ)] = np.nan
     signals = replace(signals, axis_rates_rad_s=rates)
-    method = tracked(std_scale=(2.0, 1.0, 1.0))
+    method = tracked(std_scale=(2.0, 1.0, 1.0), corrected_sd_deg=1e6)
     std = np.degrees(method.run(signals).std_rad)
-    plain = np.degrees(tracked().run(signals).std_rad)
+    plain = np.degrees(tracked(corrected_sd_deg=1e6).run(signals).std_rad)
     np.testing.assert_allclose(std[:, 0], 2.0 * plain[:, 0])
     np.testing.assert_array_equal(std[:, 1], plain[:, 1])
     at = {
@@ -362,7 +424,8 @@ def test_the_standard_deviation_grows_where_the_motion_is_not_that_of_a_leg(
     late = slice(round(40.0 * RATE_HZ), None)
     np.testing.assert_allclose(found.std_growth[late].mean(), growth, rtol=0.03)
     np.testing.assert_array_equal(estimate.quality[late], quality)
-    np.testing.assert_allclose(estimate.std_rad, found.std_rad * found.std_growth[:, None])
+    grown = found.std_rad * found.std_growth[:, None]
+    np.testing.assert_allclose(estimate.std_rad, np.hypot(grown, found.corrected_rad))
     # it is a leg until shown otherwise only if the start pose is known
     known = Tracking(method.tracker, method.model, np.zeros(3)).follow(rates[:1], rates[:1])
     np.testing.assert_allclose([known.std_growth[0], found.std_growth[0]], [1.0, 3.5])

@@ -22,7 +22,7 @@ class _Passes:
 
 def _output(angle_rad, std_rad, n=4):
     full = np.full((n, 3), 1.0)
-    return Tracked(angle_rad * full, std_rad * full, np.ones(n), np.ones(n, dtype=bool))
+    return Tracked(angle_rad * full, std_rad * full, np.ones(n), 0.1 * full, np.ones(n, dtype=bool))
 
 
 def test_two_estimates_are_averaged_with_the_least_variance():
