@@ -143,10 +143,10 @@ def test_bands_are_shares_of_the_errors_and_of_the_marks():
 
 def test_disturbed_walks_are_scored_where_they_are_disturbed(monkeypatch):
     disturbances = _load(ROOT / "docs" / "disturbances.py")
-    assert set(disturbances.WALKERS) == set(SimulatedGait().conditions)
-    monkeypatch.setattr(disturbances, "WALKERS", {"normal": ("V3",)})
+    assert set(disturbances.SPEEDS) == set(SimulatedGait().conditions)
+    monkeypatch.setattr(disturbances, "SPEEDS", ("normal",))
     plain, slipped = (
-        disturbances.row(options, 30.0, 31.0)
+        disturbances.row(3, options, 30.0, 31.0)
         for options in ({}, {"slips_s": [30.0], "slip_deg": 60.0})
     )
     plain_deg, slipped_deg = (
@@ -156,7 +156,12 @@ def test_disturbed_walks_are_scored_where_they_are_disturbed(monkeypatch):
     assert plain_deg < 4.0
     assert slipped_deg > 1.5 * plain_deg
     assert plain["start-up or idle, %"] == "0"
-    assert all(0 <= int(share) <= 100 for share in plain["95 % band"].split(" / "))
+    for cells in (plain, slipped):
+        held, covered = (
+            [int(share) for share in cells[name].split(" / ")]
+            for name in ("95 % band", "in the 95 % band or marked")
+        )
+        assert all(0 <= a <= b <= 100 for a, b in zip(held, covered, strict=True))
 
 
 def _load(path):
