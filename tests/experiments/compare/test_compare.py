@@ -174,7 +174,7 @@ def test_a_damaged_run_is_named(sweep, name, damage):
         compare([sweep], None, None, None)
 
 
-@pytest.mark.parametrize("damage", set(DAMAGED))
+@pytest.mark.parametrize("damage", sorted(DAMAGED))
 def test_damaged_angles_are_named_and_nothing_is_written(sweep, damage):
     (sweep / "model.hidden=3,seed=0" / "angles.csv").write_bytes(DAMAGED[damage])
     with pytest.raises(UserError, match=r"angles\.csv: not the angles of a run"):
