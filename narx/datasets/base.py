@@ -59,7 +59,7 @@ class TrialSource(ABC):
         pandas.DataFrame
             One row per trial; columns ``subject``, ``condition``, ``trial`` (strings, as named by
             the source) and further ones of the source, such as ``device``, or ``has_reference``
-            where that is known without reading the trials.
+            and ``duration_s`` where they are known without reading the trials.
 
         Raises
         ------

@@ -198,13 +198,22 @@ class SimulatedGait(TrialSource):
         self._calibrations: dict[str, Mapping[str, Mapping[str, ImuRecording]]] = {}
 
     def _list_trials(self) -> pd.DataFrame:
+        on_treadmill = self.protocol == "treadmill"
+        duration_s = self.treadmill_duration_s + self._attachment.handling_s
         rows = [
-            (subject, condition, str(trial), 3.6 * self._speed_m_s(subject, condition))
+            (
+                subject,
+                condition,
+                str(trial),
+                3.6 * self._speed_m_s(subject, condition),
+                duration_s if on_treadmill else np.nan,
+            )
             for subject in self._bodies
             for condition in self.conditions
             for trial in range(1, self.trials_per_condition + 1)
         ]
-        return pd.DataFrame(rows, columns=["subject", "condition", "trial", "speed_km_h"])
+        columns = ["subject", "condition", "trial", "speed_km_h", "duration_s"]
+        return pd.DataFrame(rows, columns=columns)
 
     def _load(self, subject: str, condition: str, trial: str) -> Trial:
         motion, timing, session = self._motion(subject, condition, trial)

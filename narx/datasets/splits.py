@@ -166,7 +166,8 @@ def one_window(
     window_s : float
         Length of the window in s.
     earliest_s, latest_s : float
-        Range in s in which the window starts.
+        Range in s in which the window starts; in a trial whose ``duration_s`` is in the index, not
+        so late that window or validation would not fit.
     validation_s : float
         Length of the part after the window used to choose among restarts, s; with 0, the end of
         the window is used (`training.held_back`).
@@ -183,7 +184,7 @@ def one_window(
     Raises
     ------
     UserError
-        If no trial has that subject and condition.
+        If no trial has that subject and condition, or the window does not fit into it.
     """
     if earliest_s > latest_s:
         raise UserError(
@@ -198,6 +199,16 @@ def one_window(
     if rows.empty:
         raise UserError(f"split: no trial with subject={subject}, condition={condition}")
     chosen = rows.iloc[[int(rng.integers(len(rows)))]]
+    duration_s = float(chosen["duration_s"].iloc[0]) if "duration_s" in chosen else np.nan
+    if not np.isnan(duration_s):
+        latest_s = min(latest_s, duration_s - window_s - validation_s)
+    if latest_s < earliest_s:
+        (part,) = _parts(chosen)
+        raise UserError(
+            f"split: {'/'.join(part.key)} lasts {duration_s:g} s, expected earliest_s "
+            f"({earliest_s:g}), window_s ({window_s:g}) and validation_s ({validation_s:g}) "
+            "to fit into it"
+        )
     start_s = float(rng.uniform(earliest_s, latest_s))
     (training,) = _parts(chosen, start_s, start_s + window_s)
     (validation,) = _parts(chosen, start_s + window_s, start_s + window_s + validation_s)

@@ -246,7 +246,8 @@ def test_index_of_the_treadmill():
     source = SimulatedGait()
     index = source.index()
     assert len(source) == 15
-    assert list(index.columns) == ["subject", "condition", "trial", "speed_km_h"]
+    assert list(index.columns) == ["subject", "condition", "trial", "speed_km_h", "duration_s"]
+    assert (index["duration_s"] == 300.0).all()
     for condition, (mean, spread) in SPEEDS_KM_H.items():
         speeds = index.loc[index["condition"] == condition, "speed_km_h"]
         assert speeds.mean() == pytest.approx(mean, abs=2.5 * spread)

@@ -66,6 +66,21 @@ def test_one_window_is_ten_seconds_of_one_walk_and_seeded():
     assert len(first.test) == 15
 
 
+def test_one_window_lies_within_a_trial_of_known_length():
+    index = index_of(["s"], ["normal"]).assign(duration_s=60.0)
+    starts = []
+    for seed in range(20):
+        (fold,) = splits.one_window(index, seed=seed)
+        assert fold.validation[0].stop_s <= 60.0
+        starts.append(fold.training[0].start_s)
+    assert 20.0 <= min(starts) < 23.0
+    assert 27.0 < max(starts) <= 30.0
+    unknown, long = (index.assign(duration_s=value) for value in (float("nan"), 280.0))
+    assert list(splits.one_window(unknown)) == list(splits.one_window(long))
+    with pytest.raises(UserError, match=r"^split: .*/s/normal/.* lasts 45 s, expected earliest_s"):
+        list(splits.one_window(index.assign(duration_s=45.0)))
+
+
 @pytest.mark.parametrize(
     ("split", "keywords", "message"),
     [
