@@ -7,8 +7,8 @@ from pathlib import Path
 
 from omegaconf import DictConfig
 
-from narx.errors import UserError
 from narx.experiments.command import command
+from narx.experiments.free_output import check_free
 from narx.export import write
 from narx.inference.pretrained import load_or_pretrained
 
@@ -16,9 +16,8 @@ from narx.inference.pretrained import load_or_pretrained
 def _export(cfg: DictConfig) -> None:
     output = str(cfg.output)
     checkpoint = load_or_pretrained(cfg.checkpoint)
-    source = None if cfg.checkpoint is None else Path(str(cfg.checkpoint))
-    if source is not None and Path(output).exists() and source.samefile(output):
-        raise UserError(f"output: '{output}' is also the checkpoint, expected another name")
+    if cfg.checkpoint is not None:
+        check_free([Path(output)], [Path(str(cfg.checkpoint))], "checkpoint")
     about = write(checkpoint, output, cfg.format, cfg.precision, cfg.verify)
     verified = about["verification"]
     print(

@@ -6,6 +6,7 @@ python -m experiments.predict "input=recordings/*.csv" output=angles
 python -m experiments.predict data=study data_root=DIR output=angles
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from omegaconf import DictConfig
@@ -13,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from narx.errors import UserError
 from narx.experiments.command import command
+from narx.experiments.free_output import check_free
 from narx.experiments.predictions.angle_files import check_suffix
 from narx.experiments.predictions.bulk import is_bulk, jobs_of_files, run_all
 from narx.experiments.predictions.jobs import trial_jobs
@@ -22,7 +24,7 @@ from narx.experiments.predictions.motion_bids_files import (
     root_of,
     write_description,
 )
-from narx.experiments.predictions.options import refuse_unused
+from narx.experiments.predictions.options import Kind, refuse_unused
 from narx.experiments.predictions.partitions import is_partitioned, part_jobs
 from narx.experiments.predictions.provenance import hashes_of, write_provenance
 from narx.experiments.predictions.session import (
@@ -50,16 +52,17 @@ def _predict(cfg: DictConfig) -> None:
             "format is 'motion_bids', expected data= with it, such as data=study, which names "
             "subjects and tasks (narx-draft-study); one recording's output may end in _motion.tsv"
         )
-    refuse_unused(cfg)
-    if cfg.data:
+    files = session_files(cfg.input) if isinstance(cfg.input, DictConfig) else None
+    kind = _kind(cfg, files, target)
+    refuse_unused(cfg, kind)
+    if kind == "trials":
         run_all(trial_jobs(cfg, target), target, cfg)
         return
-    if not isinstance(cfg.input, DictConfig) and is_bulk(str(cfg.input)):
+    if kind == "files":
         run_all(jobs_of_files(cfg, target), target, cfg)
         return
-    files = session_files(cfg.input) if isinstance(cfg.input, DictConfig) else None
     sources = list(files.values()) if files else [Path(str(cfg.input))]
-    if files is not None and is_partitioned(files, target):
+    if files is not None and kind == "parts":
         if cfg.align not in ("auto", "stamps"):
             raise UserError(
                 f"align is {cfg.align}, and a session in parts is aligned by its time stamps; "
@@ -73,7 +76,7 @@ def _predict(cfg: DictConfig) -> None:
     beside = files_of_strides(target) if files else []
     is_bids = target.name.endswith(ENDING)
     written = [target, record, *beside, *(files_beside(target) if is_bids else ())]
-    _check_free(written, sources)
+    check_free(written, sources)
     if files is not None:
         notes = predict_files(cfg, files, target)
     else:
@@ -94,14 +97,13 @@ def _predict(cfg: DictConfig) -> None:
     write_provenance(cfg, record, read, notes)
 
 
-def _check_free(written: list[Path], sources: list[Path]) -> None:
-    """Refuse output that would replace a folder or one of the recordings."""
-    for path in written:
-        if path.is_dir():
-            raise UserError(f"output: '{path}' is a folder, expected another name")
-        for source in sources:
-            if path.exists() and source.exists() and path.samefile(source):
-                raise UserError(f"output: '{path}' is also the input, expected another name")
+def _kind(cfg: DictConfig, files: Mapping[str, Path] | None, target: Path) -> Kind:
+    """Tell what is to be predicted, from input and output."""
+    if cfg.data:
+        return "trials"
+    if files is not None:
+        return "parts" if is_partitioned(files, target) else "session"
+    return "files" if is_bulk(str(cfg.input)) else "file"
 
 
 main = command("predict", keeps_run=False)(_predict)

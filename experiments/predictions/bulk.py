@@ -63,7 +63,7 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
     Raises
     ------
     UserError
-        If there is no file.
+        If there is no file, or the output is the folder of the input or above it.
     """
     value = str(cfg.input)
     path = Path(value)
@@ -78,6 +78,8 @@ def jobs_of_files(cfg: DictConfig, folder: Path) -> list[Job]:
         root = Path(*parts[:fixed]) if fixed else Path()
         found = root.glob(str(Path(*parts[fixed:])))
     written = folder.resolve()
+    if written in (root.resolve(), *root.resolve().parents):
+        raise UserError(f"output: '{folder}' is also the input, or above it; expected another name")
     files = sorted(
         file
         for file in found

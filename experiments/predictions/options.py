@@ -1,6 +1,7 @@
 """Validation of the options of `narx-predict`."""
 
 from pathlib import Path
+from typing import Literal
 
 from omegaconf import DictConfig, ListConfig, OmegaConf
 
@@ -72,32 +73,40 @@ def layout_of(cfg: DictConfig) -> Layout | None:
     return layout_from({str(key): value for key, value in content.items()}, "columns")
 
 
-# options that only one sensor has, and only several have, with the values that ask for nothing
-_OF_ONE = {
-    "frame": "auto",
-    "side": "right",
-    "remove_bias": True,
-    "bias_rad_s": None,
-    "still_file": None,
-}
-_OF_SEVERAL = {"calibration": "auto", "walking_s": None}
+# one file of one sensor, many of them, sensors of a session, a long session in parts, or data=
+Kind = Literal["file", "files", "session", "parts", "trials"]
+# options that are not for every kind: what has them, the kinds, and the values that ask for nothing
+_OPTIONS: tuple[tuple[str, set[Kind], dict[str, object]], ...] = (
+    ("one sensor", {"file", "files"},
+     {"frame": "auto", "side": "right", "remove_bias": True, "bias_rad_s": None,
+      "still_file": None}),
+    ("several sensors", {"session", "parts", "trials"}, {"calibration": "auto"}),
+    ("several sensors, predicted at once,", {"session", "trials"}, {"walking_s": None}),
+    ("recordings predicted at once", {"file", "files", "session", "trials"}, {"still_s": None}),
+    ("many recordings", {"files", "parts", "trials"},
+     {"format": "csv", "jobs": None, "scheduler": None}),
+    ("a session in parts", {"parts"}, {"partition_s": 900.0}),
+    ("data=", {"trials"}, {"select": {"subject": None, "condition": None, "trial": None}}),
+    ("input=", {"file", "files", "session", "parts"}, {"columns": None, "device": None}),
+)  # fmt: skip
 
 
-def refuse_unused(cfg: DictConfig) -> None:
+def refuse_unused(cfg: DictConfig, kind: Kind) -> None:
     """Refuse an option that would have no effect on these recordings.
 
     Parameters
     ----------
     cfg : omegaconf.DictConfig
         As ``configs/predict.yaml``.
+    kind : {"file", "files", "session", "parts", "trials"}
+        What is predicted.
 
     Raises
     ------
     UserError
-        If an option of one sensor is given for a session, or the reverse.
+        If an option is given that this kind does not have.
     """
-    several = bool(cfg.data) or isinstance(cfg.input, DictConfig)
-    unused, what = (_OF_ONE, "one sensor") if several else (_OF_SEVERAL, "several sensors")
-    for key, default in unused.items():
-        if cfg[key] != default:
-            raise UserError(f"{key} is {shown(cfg[key])}, which is an option of {what} only")
+    for what, kinds, options in _OPTIONS:
+        for key, default in options.items():
+            if kind not in kinds and cfg[key] != default:
+                raise UserError(f"{key} is {shown(cfg[key])}, which is an option of {what} only")

@@ -114,8 +114,14 @@ def _bias_rad_s(cfg: DictConfig) -> FloatArray | None:
     """Read the bias from the option that gives it, if any."""
     if cfg.still_file is None:
         return None if cfg.bias_rad_s is None else np.array(list(cfg.bias_rad_s), dtype=float)
-    if cfg.bias_rad_s is not None:
-        raise UserError("bias_rad_s and still_file exclude each other; give one of them")
+    others = {
+        "bias_rad_s": cfg.bias_rad_s is not None,
+        "still_s": cfg.still_s is not None,
+        "remove_bias=false": not cfg.remove_bias,
+    }
+    for other, given in others.items():
+        if given:
+            raise UserError(f"{other} and still_file exclude each other; give one of them")
     recording = read_recording(Path(str(cfg.still_file)), layout=layout_of(cfg))
     still = resting_mean(recording.gyroscope_rad_s, recording.sampling_rate_hz, str(cfg.still_file))
     if still is None:

@@ -4,6 +4,7 @@ Upper limits only exclude values that are certainly mistyped (a walk of 30 years
 are merely unusual.
 """
 
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,17 +28,18 @@ def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _can_be_a_path(path: str | Path) -> str | Path:
+def _expanded(path: str | Path) -> str | Path:
+    """Replace ``~``, which a shell leaves within ``key=~/folder``."""
     try:
         Path(path).expanduser().exists()
     except (OSError, RuntimeError, ValueError) as error:
         raise ValueError(f"{str(path)[:60]!a} cannot be a path ({error})") from None
-    return path
+    return path.expanduser() if isinstance(path, Path) else os.path.expanduser(path)
 
 
 FilePath = Annotated[
     Annotated[str, Field(min_length=1)] | InstanceOf[Path],
-    AfterValidator(_can_be_a_path),
+    AfterValidator(_expanded),
     Field(description="a path"),
 ]
 Name = Annotated[str, Field(min_length=1, max_length=300)]

@@ -137,6 +137,16 @@ def test_a_damaged_file_is_named_and_nothing_written(run_command, folder, damage
         (["output=new/a.csv", "frame=body"], "frame is 'body'"),
         (["output=new/a.csv", "calibration=leg"], "calibration is 'leg', which is an option of se"),
         (["output=new/a.csv", "side=both"], "side is 'both'"),
+        (["output=new/a.csv", "format=parquet"], "format is 'parquet', which is an option of many"),
+        (["output=new/a.csv", "jobs=2"], "jobs is 2, which is an option of many recordings only"),
+        (["output=new/a.csv", "scheduler=tcp://a:1"], "scheduler is 'tcp://a:1', which is an opt"),
+        (["output=new/a.csv", "partition_s=300"], "which is an option of a session in parts only"),
+        (["output=new/a.csv", "select.subject=S1"], "which is an option of data= only"),
+        (
+            ["output=new/a.csv", "still_file=walk.csv", "still_s=[0,1]"],
+            "still_s and still_file exclude each other",
+        ),
+        (["output=~nobody.here/a.csv"], "'~nobody.here/a.csv' cannot be a path"),
         (["output=new/a.csv", "still_s=[3]"], "still_s is [3], expected [begin, end]"),
         (["output=new/a.csv", "still_s=[90,99]"], "walk.csv: no gyroscope sample in still_s"),
         (["output=new/a.csv", "checkpoint=walk.csv"], "checkpoint: 'walk.csv' is not a network"),
@@ -150,6 +160,14 @@ def test_a_mistake_is_one_line_and_leaves_nothing(run_command, folder, overrides
     before = {path.name for path in folder.iterdir()}
     assert says in refused(run_command, *overrides)
     assert {path.name for path in folder.iterdir()} <= before | {"predict_run"}
+
+
+def test_the_home_folder_is_found(run_command, folder, monkeypatch):
+    monkeypatch.setenv("HOME", str(folder))
+    status, _, err, _ = run(run_command, "input=~/walk.csv", "output=~/new/angles.csv")
+    assert (status, err) == (0, "")
+    assert (folder / "new" / "angles.csv").is_file()
+    assert not (folder / "~").exists()
 
 
 def test_a_record_beside_the_angles_says_how_they_were_made(run_command, folder):

@@ -121,6 +121,9 @@ def test_processes_give_the_same_files(run_command, folder):
         (["input=in/*.xyz", "output=out"], "input: no file in 'in/*.xyz' that ends in .csv"),
         (["input=in", "output=in/notes.md"], "output: 'in/notes.md' is a file, expected a folder"),
         (["input=in", "output=out", "format=doc"], "format is 'doc', expected"),
+        (["input=in", "output=in"], "output: 'in' is also the input, or above it; expected"),
+        (["input=in/*.csv", "output=."], "output: '.' is also the input, or above it; expected"),
+        (["input=in", "output=out", "partition_s=300"], "partition_s is 300.0, which is an option"),
     ],
 )
 def test_mistakes_are_one_line(run_command, folder, overrides, message):

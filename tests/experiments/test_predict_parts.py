@@ -93,3 +93,12 @@ def test_wrong_clocks_are_one_line(run_command, folder):
     table.assign(time_s=dates).to_parquet(path)
     status, _, err, _ = run_command("predict", INPUT, "output=day", *PARTS)
     assert (status, "shank_right.parquet: dates or counters as time" in err) == (2, True)
+
+
+@pytest.mark.parametrize("option", ["walking_s=[10,20]", "still_s=[0,3]"])
+def test_options_of_a_whole_session_are_refused_in_parts(run_command, folder, option):
+    status, _, err, _ = run_command("predict", INPUT, "output=out", option)
+    assert status == 2
+    assert f"error: {option[:7]}" in err
+    assert "predicted at once" in err
+    assert not (folder / "out").exists()

@@ -99,6 +99,7 @@ def test_opensim_reads_its_storage_files(tmp_path):
         (["output=thigh.csv"], "output: 'thigh.csv' is also the input"),
         (["output=k.csv", "frame=anatomical"], "frame is 'anatomical', which is an option of one"),
         (["output=k.csv", "remove_bias=false"], "remove_bias is false, which is an option of one"),
+        (["output=k.csv", "format=sto"], "format is 'sto', which is an option of many recordings"),
         (["output=k.csv", "walking_s=3"], "walking_s is 3, expected [begin, end] in s"),
         (["output=k.csv", "align=x"], "align is 'x'"),
         (["output=k.csv", "columns=x"], "columns is 'x', expected a section with time, gyroscope"),
