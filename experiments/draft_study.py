@@ -28,7 +28,8 @@ def _draft(cfg: DictConfig) -> None:
         raise UserError(f"{target} cannot be written: {error.strerror}") from error
     print(*draft.guesses, sep="\n")
     index = Study(root=folder).index()
-    print(f"{target}: {len(index)} trials; check the names and edit the file")
+    n = len(index)
+    print(f"{target}: {n} trial{'s' * (n != 1)}; check the names and edit the file")
     for row in index.itertuples(index=False):
         print(f"  {row.subject}/{row.condition}/{row.trial}: {row.segments}")
 

@@ -4,8 +4,10 @@ narx-compare DIR...
 """
 
 import argparse
+import json
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -22,6 +24,7 @@ from narx.experiments.compare.runs import (
     is_seed,
     runs_table,
 )
+from narx.experiments.runs.folder import read_record
 from narx.experiments.runs.sweep import USER_ERROR_STATUS
 from narx.experiments.starting import (
     INTERRUPTED_STATUS,
@@ -87,7 +90,7 @@ def compare(
         for the report is not installed.
     """
     try:  # imported here, since training needs neither these libraries nor the time to import them
-        from narx.experiments.compare.report import write_report
+        from narx.experiments.compare.report import readable, write_report
     except ModuleNotFoundError as error:
         raise UserError(
             f"narx-compare needs {error.name}: pip install 'narx-orientation[sweep]'"
@@ -108,7 +111,8 @@ def compare(
     target = directories[0] if output is None else output
     best = named[table["run"].iloc[0]]
     lines = [
-        _markdown(ranked, metric),
+        _markdown(readable(ranked), metric),
+        *_different_data(runs),
         f"best: narx-{best.command} {best_overrides(best)}".rstrip(),
         *([] if pairing is None else [pairing.sentence(metric)]),
         *([f"unfinished runs left out: {len(others)}"] if others else []),
@@ -129,6 +133,18 @@ def compare(
     return "\n\n".join(lines)
 
 
+def _different_data(runs: Sequence[Run]) -> list[str]:
+    """Warn that errors on different recordings are ranked."""
+    records = [read_record(run.folder) or {} for run in runs]
+    n = len({json.dumps(record.get("data_sha256"), sort_keys=True) for record in records})
+    if n == 1:
+        return []
+    return [
+        f"the runs used {n} different sets of recordings: errors on one cannot be compared with "
+        "those on another"
+    ]
+
+
 def _unequal(ranked: pd.DataFrame) -> list[str]:
     """Warn that means over different numbers of runs are ranked, as in an unfinished sweep."""
     least, most = int(ranked["n"].min()), int(ranked["n"].max())
@@ -146,11 +162,25 @@ def _markdown(ranked: pd.DataFrame, metric: str) -> str:
 def main() -> None:
     """Run the command with the arguments on the command line."""
     imported()
-    parser = argparse.ArgumentParser("narx-compare", description=__doc__)
+    parser = argparse.ArgumentParser(
+        "narx-compare",
+        description=__doc__,
+        epilog="example: narx-compare multirun/2026-01-31/10-00-00 --metric rmse_deg --pair 1 3; "
+        "prints the configurations with mean and SD over seeds, the command of the best one and a "
+        "paired test, and writes runs.csv, runs.parquet and comparison.html",
+    )
     parser.add_argument("directory", nargs="+", type=Path, help="folder of a sweep or of runs")
-    parser.add_argument("--metric", help="rank by this, smaller is better")
-    parser.add_argument("--pair", nargs=2, type=int, metavar=("RANK", "RANK"), help="test these")
-    parser.add_argument("--output", type=Path, help="folder for table and report")
+    parser.add_argument("--metric", help="of metrics.json, such as rmse_deg; smaller is better")
+    parser.add_argument(
+        "--pair",
+        nargs=2,
+        type=int,
+        metavar=("RANK", "RANK"),
+        help="test these two, 1 2 if not given",
+    )
+    parser.add_argument(
+        "--output", type=Path, help="folder for table and report, the first if not given"
+    )
     arguments = parser.parse_args()
     try:
         pair = None if arguments.pair is None else (arguments.pair[0], arguments.pair[1])

@@ -21,6 +21,8 @@ from narx.files import atomic_path
 from narx.kinematics.segment_angles import AXES
 
 _COLOURS = qualitative.Dark24
+# key of a part's class in a configuration
+_CLASS = "._target_"
 # more curves than this cannot be told apart
 _MOST_CURVES = 60
 _ANGLES: dict[str, Any] = {
@@ -79,7 +81,7 @@ def write_report(
         generate_init_offline_itables_html(
             Path(str(resources.files("itables"))) / "html" / "dt_bundle.js"
         ),
-        to_html_datatable(table.round(4), connected=False, paging=False, maxBytes=0),
+        to_html_datatable(readable(table).round(4), connected=False, paging=False, maxBytes=0),
         f"<script>{get_plotlyjs()}</script>",
     ]
     for title, figure in figures.items():
@@ -122,17 +124,51 @@ def settings_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go
 
 
 def _dimension(key: str, values: pd.Series) -> dict[str, object]:
-    if pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values):
-        return {"label": key, "values": values}
-    codes, names = pd.factorize(values.map(_named), sort=True)
+    numeric = pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(values)
+    if numeric and values.notna().all():
+        return {"label": _label(key), "values": values}
+    # a run whose part lacks the setting has no number to draw a line to, only a name
+    ordered = values.sort_values(na_position="first") if numeric else values
+    names = list(dict.fromkeys(ordered.map(_named)))
+    if not numeric:
+        names.sort()
     return {
-        "label": key, "values": codes, "tickvals": list(range(len(names))), "ticktext": list(names),
-    }  # fmt: skip
+        "label": _label(key),
+        "values": values.map(_named).map(names.index),
+        "tickvals": list(range(len(names))),
+        "ticktext": names,
+    }
+
+
+def readable(table: pd.DataFrame) -> pd.DataFrame:
+    """Name the parts that were chosen instead of the classes that implement them.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        Columns may be dotted keys of configurations.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``optimizer`` with ``LevenbergMarquardt`` instead of ``optimizer._target_`` with its path.
+    """
+    named = table.copy()
+    for column in map(str, table):
+        if column.endswith(_CLASS):
+            named[column] = table[column].map(_named)
+    return named.rename(columns=_label)
+
+
+def _label(key: str) -> str:
+    return key.removesuffix(_CLASS)
 
 
 def _named(value: object) -> str:
-    # the last word of a long class name identifies it
-    return "–" if pd.isna(value) else str(value).rpartition(".")[2]  # type: ignore[call-overload]
+    if pd.isna(value):  # type: ignore[call-overload]
+        return "–"
+    # the last word of a class's path identifies it
+    return str(value).rpartition(".")[2] if isinstance(value, str) else f"{value}"
 
 
 def scatter_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.Figure | None:
@@ -156,7 +192,9 @@ def scatter_figure(table: pd.DataFrame, metric: str, keys: Sequence[str]) -> go.
         return None
     columns = min(len(keys), 3)
     rows = -(-len(keys) // columns)
-    figure = make_subplots(rows, columns, subplot_titles=list(keys), shared_yaxes=True)
+    figure = make_subplots(
+        rows, columns, subplot_titles=[_label(key) for key in keys], shared_yaxes=True
+    )
     for i, key in enumerate(keys):
         values = table[key]
         if not pd.api.types.is_numeric_dtype(values) or pd.api.types.is_bool_dtype(values):

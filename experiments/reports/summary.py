@@ -100,7 +100,8 @@ def save_figures(figures: Mapping[str, Figure], directory: Path) -> dict[str, Pa
 def _heading(gathered: Gathered) -> str:
     results = gathered.results
     n_trials = len(results[["dataset", "subject", "condition", "trial"]].drop_duplicates())
-    return f"# {', '.join(sorted(set(results['dataset'])))}: {n_trials} trials"
+    datasets = ", ".join(sorted(set(results["dataset"])))
+    return f"# {datasets}: {n_trials} trial{'s' * (n_trials != 1)}"
 
 
 def about_refusals(refusals: Sequence[Refusal]) -> list[str]:

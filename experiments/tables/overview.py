@@ -46,9 +46,9 @@ def overview_table(results: pd.DataFrame, quantity: str, not_causal: Container[s
         },
         index=index,
     ).dropna(axis="columns", how="all")
-    precision = quantity == "precision_deg"
+    precision, n = quantity == "precision_deg", means["subject"].nunique()
     return Table(
-        f"{QUANTITIES[quantity]} (°), mean over {means['subject'].nunique()} subjects",
+        f"{QUANTITIES[quantity]} (°), mean over {n} subject{'s' * (n != 1)}",
         frame,
         dict.fromkeys(frame.columns, 2),
         "Precision is the SD of the error over a trial." if precision else "",

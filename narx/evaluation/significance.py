@@ -12,6 +12,9 @@ from scipy import stats
 
 from narx.types import FloatArray
 
+# with fewer subjects a bootstrap covers far less than it says
+_FEWEST = 4
+
 
 @dataclass(frozen=True)
 class MeanInterval:
@@ -61,8 +64,8 @@ def bootstrap_mean(
     percentiles are therefore moved outwards to be right for normal values, with the t instead of
     the normal quantile and ``n / (n - 1)`` on the variance (T. C. Hesterberg, The American
     Statistician 69 (2015) 371-386): five normal subjects then cover 92 %, ten 95 %. With two or
-    three subjects the interval ends at the smallest and the largest value, the limits of any
-    bootstrap, and covers 48 and 75 %.
+    three subjects it would end at the smallest and the largest value, the limits of any bootstrap,
+    and cover 48 and 75 %: there is no interval then.
     """
     value = np.asarray(values, dtype=float).ravel()
     value = value[~np.isnan(value)]
@@ -70,8 +73,8 @@ def bootstrap_mean(
     if n == 0:
         return MeanInterval(0, float("nan"), float("nan"), float("nan"))
     mean = float(value.mean())
-    if n == 1:
-        return MeanInterval(1, mean, float("nan"), float("nan"))
+    if n < _FEWEST:
+        return MeanInterval(n, mean, float("nan"), float("nan"))
     if np.ptp(value) == 0 or not np.isfinite(value).all():
         return MeanInterval(n, mean, float(value.min()), float(value.max()))
     quantile = stats.t.ppf(0.5 + confidence / 2, n - 1) * np.sqrt(n / (n - 1))

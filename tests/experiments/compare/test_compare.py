@@ -16,6 +16,7 @@ pytest.importorskip("plotly")
 pytest.importorskip("pyarrow")
 
 from narx.experiments.compare.__main__ import compare, main
+from narx.experiments.compare.report import readable, settings_figure
 
 # held-back error by hidden neurons and seed
 ERRORS = {2: [1.5, 1.7, 1.9], 3: [1.0, 1.1, 1.5]}
@@ -154,6 +155,39 @@ def test_ctrl_c_is_one_line(sweep, monkeypatch, capsys):
 def test_means_over_different_numbers_of_runs_are_named(sweep):
     make_run(sweep / "model.hidden=3,seed=3", 3, 3, 1.2)
     assert "configurations have 3 to 4 runs" in compare([sweep], None, None, None)
+
+
+@pytest.mark.parametrize(("other", "said"), [("f00", True), ("abc", False)])
+def test_runs_on_different_recordings_are_named(sweep, other, said):
+    for number, folder in enumerate(sorted(sweep.glob("model.hidden=*"))):
+        record = json.loads((folder / "run.json").read_text())
+        record["data_sha256"] = {"own": other if number else "abc"}
+        (folder / "run.json").write_text(json.dumps(record))
+    text = compare([sweep], None, None, None)
+    assert ("the runs used 2 different sets of recordings" in text) == said
+    report = (sweep / "comparison.html").read_text(encoding="utf-8")
+    assert ("the runs used 2 different sets of recordings" in report) == said
+
+
+def test_parts_are_named_and_settings_that_a_run_lacks_are_drawn():
+    table = pd.DataFrame(
+        {
+            "run": ["a", "b", "c"],
+            "rank": [1, 2, 3],
+            "rmse_deg": [1.0, 2.0, 3.0],
+            "optimizer._target_": ["narx.training.lbfgs.LBFGS", "narx.training.adam.Adam", None],
+            "optimizer.step": [0.5, np.nan, 0.25],
+        }
+    )
+    shown = readable(table)
+    assert list(shown["optimizer"]) == ["LBFGS", "Adam", "–"]
+    assert table["optimizer._target_"][0] == "narx.training.lbfgs.LBFGS"
+    keys = ["optimizer._target_", "optimizer.step"]
+    part, step, error = settings_figure(table, "rmse_deg", keys).data[0].dimensions
+    assert (part.label, error.label) == ("optimizer", "rmse_deg")
+    assert [part.ticktext[i] for i in part["values"]] == ["LBFGS", "Adam", "–"]
+    assert list(step.ticktext) == ["–", "0.25", "0.5"]
+    np.testing.assert_array_equal(step["values"], [2, 0, 1])
 
 
 DAMAGED = {"empty": b"", "binary": bytes(range(256)), "zeros": bytes(99), "a list": b"[1, 2]",

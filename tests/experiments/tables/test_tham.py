@@ -85,7 +85,9 @@ def test_demographics_with_gaps():
     assert np.isnan(frame["Height (m)"].iloc[0])
 
 
-def test_interval_table(results):
+def test_interval_table(make_study):
+    people = ("S1", "S2", "S3", "S4")
+    results = results_table(row for e in make_study(people) for row in rows(e))
     frame = interval_table(results).frame
     assert len(frame) == 9
     row = frame.loc[("sagittal", "Normal")]
@@ -93,6 +95,10 @@ def test_interval_table(results):
     assert row["paper RMSE"] == 2.7
     # one degree of noise on both segments is below print
     assert row["interval below"]
+    # of three people there is no interval
+    few = interval_table(results[results["subject"] != "S4"]).frame.loc[("sagittal", "Normal")]
+    assert np.isnan(few["95 % low"])
+    assert few["interval below"] is None
 
 
 def test_cells_next_to_the_published_values(results):
