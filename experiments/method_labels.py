@@ -61,6 +61,8 @@ _DRAWN = (
 )
 _MOST_DRAWN = 6
 _FURTHER_COLOURS = ("#bcbd22", "#17becf", "#7f7f7f", "#aec7e8", "#ffbb78", "#98df8a")
+# of the forms of a method, which share its colour
+_LINE_STYLES = ("-", ":", "-.", (0, (6.0, 1.0)))
 
 
 # suffixes of row names (`narx.experiments.forms`), in the order of tables
@@ -195,3 +197,25 @@ def method_colour(row: str) -> str:
     if method in _COLOURS:
         return _COLOURS[method]
     return _FURTHER_COLOURS[sum(method.encode()) % len(_FURTHER_COLOURS)]
+
+
+def line_styles(rows: Iterable[str]) -> dict[str, str | tuple[int, tuple[float, ...]]]:
+    """Choose a line style for each row of a figure, since the forms of a method share its colour.
+
+    Parameters
+    ----------
+    rows : iterable of str
+        Rows that are drawn together.
+
+    Returns
+    -------
+    dict of str to line style of matplotlib
+        Solid for the first form of each method; dashes are left to the reference.
+    """
+    forms: dict[str, int] = {}
+    styles: dict[str, str | tuple[int, tuple[float, ...]]] = {}
+    for row in dict.fromkeys(rows):
+        colour = method_colour(row)
+        styles[row] = _LINE_STYLES[forms.get(colour, 0) % len(_LINE_STYLES)]
+        forms[colour] = forms.get(colour, 0) + 1
+    return styles

@@ -40,7 +40,7 @@ def cycle_figure(cycles: pd.DataFrame, title: str = "") -> Figure:
                 mean, spread = one["mean_deg"], one["sd_deg"]
                 band = mean - spread, mean + spread
                 axis.fill_between(one["percent"], *band, color=colour, alpha=0.2, lw=0)
-                label = f"{side_of(str(name))}, {one['n_strides'].iloc[0]} strides"
+                label = f"{side_of(str(name))}: mean ± SD of {one['n_strides'].iloc[0]} strides"
                 axis.plot(one["percent"], mean, color=colour, label=label)
             axis.axhline(0.0, color="0.6", lw=0.5)
             if row == 0:

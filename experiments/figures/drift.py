@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from narx.evaluation.comparison import Evaluated
 from narx.evaluation.drift import block_errors
 from narx.experiments.figures.canvas import legend_below, logarithmic, panels, styled
-from narx.experiments.method_labels import drawn_rows, method_colour, method_label
+from narx.experiments.method_labels import drawn_rows, line_styles, method_colour, method_label
 from narx.kinematics.segment_angles import AXES
 
 
@@ -42,6 +42,7 @@ def linear_drift(
         One row per axis. Only here, errors are estimate minus reference, as in the paper, because
         the method subtracts the drift.
     """
+    styles = line_styles(methods)
     figure, grid = panels(len(AXES), len(columns), 3.2, 1.5, sharex="col")
     for row, name in enumerate(AXES):
         for column, (heading, piece) in enumerate(columns):
@@ -51,7 +52,11 @@ def linear_drift(
                     continue
                 error = np.rad2deg(piece.estimates_rad[method] - piece.reference_rad)[:, row]
                 panel.plot(
-                    piece.time_s, error, color=method_colour(method), label=method_label(method)
+                    piece.time_s,
+                    error,
+                    color=method_colour(method),
+                    linestyle=styles[method],
+                    label=method_label(method),
                 )
                 valid = np.isfinite(error)
                 if method == drifting and valid.any():
@@ -118,6 +123,7 @@ def error_over_time(
     trials = list(evaluated)
     if methods is None:
         methods = drawn_rows(m for trial in trials for m in trial.estimates_rad)
+    styles = line_styles(methods)
     figure, grid = panels(1, len(AXES), 2.6, 2.2, sharey=True)
     for axis, name in enumerate(AXES):
         panel = grid[0, axis]
@@ -137,6 +143,7 @@ def error_over_time(
                 mean,
                 color=method_colour(method),
                 label=method_label(method),
+                linestyle=styles[method],
                 linewidth=1.8,
             )
         logarithmic(panel, "y")

@@ -50,7 +50,7 @@ def stride_bands(sets: Sequence[StrideSet], methods: Sequence[str], title: str =
                     mean, spread = strides[valid].mean(axis=0), strides[valid].std(axis=0)
                     band = mean - spread, mean + spread
                     axis.fill_between(percent, *band, color=colour, alpha=0.2, lw=0)
-                    axis.plot(percent, mean, color=colour, label=name)
+                    axis.plot(percent, mean, color=colour, label=f"{name}, mean ± SD")
             else:
                 middle = axis.get_xaxis_transform()
                 axis.text(50.0, 0.5, "not observed", ha="center", transform=middle)

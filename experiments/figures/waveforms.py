@@ -13,7 +13,7 @@ from narx.experiments.figures.canvas import (
     panels,
     styled,
 )
-from narx.experiments.method_labels import drawn_rows, method_colour, method_label
+from narx.experiments.method_labels import drawn_rows, line_styles, method_colour, method_label
 from narx.kinematics.segment_angles import AXES
 
 LINE_RATE_HZ = 100.0
@@ -81,6 +81,7 @@ def waveforms(
     """
     if methods is None:
         methods = drawn_rows(m for _, piece in columns for m in piece.estimates_rad)
+    styles = line_styles(methods)
     # a noisy dashed line at 500 Hz would look solid
     columns = [(name, piece.decimated(LINE_RATE_HZ)) for name, piece in columns]
     width = max(2.6, 6.4 / len(columns)) if len(columns) < 3 else 2.6
@@ -97,13 +98,19 @@ def waveforms(
                         [(middle - 2.0 * std)[:, axis], (middle + 2.0 * std)[:, axis]]
                     )
                     panel.fill_between(
-                        piece.time_s, *band, color=method_colour(method), alpha=0.2, lw=0
+                        piece.time_s,
+                        *band,
+                        color=method_colour(method),
+                        alpha=0.2,
+                        lw=0,
+                        label=f"{method_label(method)}, ± 2 predicted SD",
                     )
                 panel.plot(
                     piece.time_s,
                     _without_wraps(np.rad2deg(piece.estimates_rad[method][:, axis])),
                     color=method_colour(method),
                     label=method_label(method),
+                    linestyle=styles[method],
                     alpha=0.9,
                 )
             panel.plot(

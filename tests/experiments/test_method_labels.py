@@ -1,5 +1,6 @@
 from narx.experiments.method_labels import (
     drawn_rows,
+    line_styles,
     method_block,
     method_colour,
     method_label,
@@ -55,3 +56,13 @@ def test_an_unknown_method_keeps_its_colour():
     assert method_label("my_filter") == "my_filter"
     assert method_colour("my_filter") == method_colour("my_filter")
     assert method_colour("my_filter").startswith("#")
+
+
+def test_forms_of_a_method_have_its_colour_and_lines_of_their_own():
+    rows = ["narx", "vqf", "vqf_chosen", "vqf_same", "vqf_chosen"]
+    styles = line_styles(rows)
+    assert list(styles) == ["narx", "vqf", "vqf_chosen", "vqf_same"]
+    assert styles["narx"] == styles["vqf"] == "-"
+    assert len({styles["vqf"], styles["vqf_chosen"], styles["vqf_same"]}) == 3
+    # that of the reference
+    assert not {"--", "dashed"} & set(styles.values())
