@@ -182,6 +182,10 @@ class Trainer:
     def _sequences(self, data: Iterable[Trial | TrainingSequence]) -> list[TrainingSequence]:
         found: list[TrainingSequence] = []
         for item in data:
+            if not isinstance(item, Trial | TrainingSequence):
+                raise UserError(
+                    f"training: found a {type(item).__name__}, expected trials or sequences"
+                )
             found += self.reader.sequences([Stretch(item)]) if isinstance(item, Trial) else [item]
         return found
 

@@ -9,7 +9,7 @@ from narx.errors import UserError
 from narx.kinematics.rate_unit import warn_of_degrees
 from narx.method import SegmentSignals
 from narx.missing import finite_rows
-from narx.settings import Positive, SamplesLike, checked
+from narx.settings import Positive, Samples, SamplesLike, check_fields, checked
 from narx.types import BoolArray, FloatArray
 
 
@@ -27,12 +27,20 @@ class TrainingSequence:
         The teacher's angles, order of `narx.kinematics.segment_angles.AXES`; NaN where missing.
     weight : float
         Weight of its squared errors.
+
+    Raises
+    ------
+    UserError
+        If a field has another type.
     """
 
     name: str
     signals: SegmentSignals
-    target_rad: FloatArray
-    weight: float = 1.0
+    target_rad: Samples
+    weight: Positive = 1.0
+
+    def __post_init__(self) -> None:
+        check_fields(self, "TrainingSequence")
 
     @property
     def duration_s(self) -> float:

@@ -140,6 +140,12 @@ def test_nothing_to_train_on_is_refused():
         Trainer().fit([])
 
 
+@pytest.mark.parametrize("training", ["walk", [None], [np.zeros((100, 3))]])
+def test_only_trials_and_sequences_are_trained_on(training):
+    with pytest.raises(UserError, match=r"^training: found a \w+, expected trials or sequences"):
+        Trainer().fit(training)
+
+
 def test_an_optimiser_is_an_object_not_its_class():
     with pytest.raises(UserError, match=r"class LevenbergMarquardt, .* LevenbergMarquardt\(\)"):
         Trainer(optimizer=LevenbergMarquardt)
