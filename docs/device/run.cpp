@@ -1,8 +1,11 @@
 // narx.pt with libtorch. Reads rows "interval_s,sagittal,frontal,transverse" (s, rad/s; nan where
 // lost) and writes the three angles (rad), their standard deviations (rad) and the quality.
+// Any other row is an error.
 #include <torch/script.h>
 
 #include <cstdio>
+#include <iostream>
+#include <string>
 
 int main(int argc, char **argv)
 {
@@ -13,8 +16,16 @@ int main(int argc, char **argv)
     const c10::InferenceMode without_gradients;
     torch::jit::Module narx = torch::jit::load(argv[1]);
     torch::Tensor state = narx.get_method("start")({}).toTensor(); // an unknown start pose
-    double interval_s, rates[3];
-    while (std::scanf("%lf,%lf,%lf,%lf", &interval_s, rates, rates + 1, rates + 2) == 4) {
+    std::string line;
+    for (long number = 1; std::getline(std::cin, line); number++) {
+        double interval_s, rates[3];
+        int end = 0;
+        if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf %n", &interval_s, rates, rates + 1,
+                        rates + 2, &end) != 4
+            || line.c_str()[end]) {
+            std::fprintf(stderr, "line %ld: expected four numbers, separated by commas\n", number);
+            return 1;
+        }
         const torch::Tensor sample = torch::tensor({rates[0], rates[1], rates[2]}, state.options());
         const torch::Tensor passed = torch::tensor(interval_s, state.options());
         const auto next = narx.get_method("step")({sample, state, passed}).toTuple();

@@ -1,6 +1,7 @@
 """TorchScript: one file for any process with torch, in Python or C++."""
 
 import io
+import re
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator
@@ -14,6 +15,10 @@ from narx.inference.checkpoint import Checkpoint
 from narx.kernels.limits import START_LIMIT_RAD
 
 IDENTITY_FILE = "narx.json"
+# torch writes the constants of a class in the order of a set, which differs between processes
+_CONSTANTS = re.compile(rb"(?:^  \w+ : Final\[.*\n)+", re.MULTILINE)
+# paths of sources, and a hash of the unordered content
+_LEFT_OUT = (".debug_pkl", ".data/serialization_id")
 
 
 class ScriptedNarx(nn.Module):
@@ -247,12 +252,18 @@ def stamped(data: bytes, identity: str) -> bytes:
     with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(changed, "w") as other:
         for record in archive.infolist():
             name = record.filename
-            if name.endswith(".debug_pkl"):  # paths of sources
+            if name.endswith(_LEFT_OUT):
                 continue
             itself = name.endswith(f"extra/{IDENTITY_FILE}")
             content = identity.encode() if itself else archive.read(record)
+            if name.endswith(".py"):
+                content = _CONSTANTS.sub(_sorted_lines, content)
             other.writestr(zipfile.ZipInfo(name), content)
     return changed.getvalue()
+
+
+def _sorted_lines(found: re.Match[bytes]) -> bytes:
+    return b"".join(sorted(found[0].splitlines(keepends=True)))
 
 
 def loaded(data: bytes) -> Callable[[Tensor, Tensor, Tensor | None], Tensor]:

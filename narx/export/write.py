@@ -3,6 +3,7 @@
 import json
 import os
 import re
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -32,7 +33,7 @@ Format = Literal["torchscript", "torch_export", "onnx", "c"]
 Precision = Literal["double", "float"]
 
 # the source includes its header by name
-_NOT_IN_AN_INCLUDE = re.compile(r'["\\\x00-\x1f]')
+_NOT_IN_AN_INCLUDE = re.compile(r'["\\\x00-\x1f\ud800-\udfff]')
 _SUFFIX = {"torchscript": ".pt", "torch_export": ".pt2", "onnx": ".onnx", "c": ".c"}
 _NUMPY: dict[str, type] = {"double": np.float64, "float": np.float32}
 _TORCH = {"double": torch.float64, "float": torch.float32}
@@ -96,7 +97,7 @@ def write(
             f"output is {str(target)!r}, expected a name without quotes, backslashes and control "
             "characters for format=c"
         )
-    if target.is_dir():
+    if os.path.isdir(target):  # Path.is_dir raises for a name that is too long
         raise UserError(f"output: '{target}' is a folder")
     checkpoint.check()
     about = {**identity(checkpoint, format, precision), "verification": None}
@@ -113,9 +114,10 @@ def write(
         }
     files = _stamped(built, format, target, json.dumps(about, allow_nan=False))
     try:
-        # the requested file is written last
-        for name, content in reversed(files.items()):
-            with atomic_path(target.with_name(name)) as temporary:
+        # none appears before all are complete, and the requested one is the last
+        with ExitStack() as complete:
+            for name, content in files.items():
+                temporary = complete.enter_context(atomic_path(target.with_name(name)))
                 temporary.write_bytes(content)
     except OSError as error:
         raise UserError(f"output: '{target}' cannot be written: {error.strerror}") from error

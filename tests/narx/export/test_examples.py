@@ -54,6 +54,14 @@ def test_c(walk, tmp_path):
         command = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-I.", EXAMPLES / "run.c"]
         subprocess.run([*command, "narx.c", "-o", "run", "-lm"], cwd=tmp_path, check=True)
         run(["./run"], tmp_path, walk, atol_rad)
+    for row in ("0.01,1,2", "0.01,1,2,3,4", "0.01,1,2,x", "0.01,1,2,3x", "", "time,x,y,z"):
+        rows = f"0.01,1,2,3\r\n0.01,nan,inf,-inf\n{row}\n"
+        refused = subprocess.run(
+            ["./run"], cwd=tmp_path, input=rows, capture_output=True, text=True, check=False
+        )
+        assert refused.returncode == 1
+        assert refused.stderr.startswith("line 3: expected four numbers")
+        assert len(refused.stdout.splitlines()) == 2
 
 
 @pytest.mark.slow

@@ -1,8 +1,13 @@
 """The export is written completely and correctly or not at all."""
 
+import errno
 import importlib.util
+import os
 import shutil
+import subprocess
+import sys
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +16,7 @@ import torch
 import narx
 from narx.errors import UserError
 from narx.export import onnx, read_identity, torchscript, verification, write
+from narx.inference import save
 
 FILES = {
     "torchscript": ["narx.pt"],
@@ -60,6 +66,38 @@ def test_the_same_network_is_the_same_file(checkpoint, tmp_path):
         write(checkpoint, tmp_path / name, verify=False)
     assert (tmp_path / "a.pt").read_bytes() == (tmp_path / "b.pt").read_bytes()
     assert read_identity(tmp_path / "a.pt")["verification"] is None
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_the_file_is_the_same_in_other_processes(checkpoint, tmp_path):
+    save(checkpoint, tmp_path / "checkpoint.pt")
+    source = "import sys; from narx.export import write; from narx.inference import load\n"
+    source += "write(load(sys.argv[1]), sys.argv[2], verify=False)"
+    for seed in "12":  # of the order of sets
+        (tmp_path / seed).mkdir()
+        command = [sys.executable, "-c", source, tmp_path / "checkpoint.pt", "narx.pt"]
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        subprocess.run(command, cwd=tmp_path / seed, env=environment, check=True)
+    first, second = ((tmp_path / seed / "narx.pt").read_bytes() for seed in "12")
+    assert first == second
+
+
+@pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
+def test_a_disk_that_is_full_leaves_the_files_before(checkpoint, tmp_path, monkeypatch):
+    path = tmp_path / "narx.c"
+    write(checkpoint, path, "c", "float", verify=False)
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    write_bytes = Path.write_bytes
+
+    def full(file, content):
+        if file.suffix == ".c":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write_bytes(file, content)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(UserError, match=r"cannot be written: No space left on device"):
+        write(checkpoint, path, "c", "double", verify=False)
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
 @pytest.mark.parametrize("checkpoint", ["default"], indirect=True)
@@ -161,6 +199,8 @@ def test_what_cannot_be_written_is_one_line(checkpoint, tmp_path):
         ('a"b.c', "c", "expected a name without quotes, backslashes and control characters"),
         ("a\nb.c", "c", "expected a name without quotes"),
         ("a\\b.c", "c", "expected a name without quotes"),
+        ("\udcff.c", "c", "expected a name without quotes"),
+        (300 * "a" + ".c", "c", r"\.c' cannot be written: "),
     ):
         with pytest.raises(UserError, match=reason):
             write(checkpoint, tmp_path / name, export_format, verify=False)
