@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
@@ -133,6 +134,11 @@ def run(
         raise UserError(_nothing_to_score(sources, report, gathered))
     gathered.results = results_table(all_rows)
     if not gathered.results["n_samples"].any():
+        if any(np.isfinite(one.reference_rad).any() for one in gathered.evaluated):
+            raise UserError(
+                f"evaluation.skip_s is {cfg.evaluation.skip_s:g}: nothing is left to score, "
+                "expected less than the trials last"
+            )
         raise UserError(_no_reference(sources))
     return gathered
 

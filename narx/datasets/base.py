@@ -132,7 +132,8 @@ class TrialSource(ABC):
             If a file is damaged or incomplete.
         """
         self.select(subject, condition, trial)
-        return self._load(subject, condition, trial)
+        # a name may be given as a number, as in `select`
+        return self._load(str(subject), str(condition), str(trial))
 
     def load_calibrated(
         self, subject: str, condition: str, trial: str, mode: Mode = "auto"
@@ -159,7 +160,7 @@ class TrialSource(ABC):
             As `load` and `narx.calibration.calibrate`.
         """
         self.select(subject, condition, trial)
-        return self._load_calibrated(subject, condition, trial, mode)
+        return self._load_calibrated(str(subject), str(condition), str(trial), mode)
 
     def _load_calibrated(
         self, subject: str, condition: str, trial: str, mode: Mode

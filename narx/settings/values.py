@@ -97,9 +97,10 @@ def real_numbers(values: ArrayLike) -> FloatArray:
         If they are not real numbers: text, dates, durations, complex numbers.
     """
     try:
-        if np.asarray(values).dtype.kind in _NOT_REAL:
+        given = np.asarray(values)
+        if given.dtype.kind in _NOT_REAL:
             raise ValueError("dates, durations or complex numbers")
-        copied = np.array(values, dtype=np.float64, order="C")
+        copied = given.astype(np.float64, order="C")
     except (TypeError, OverflowError, RuntimeError) as error:  # the last of a tensor with gradients
         raise ValueError(str(error)) from error
     if np.ma.is_masked(values):

@@ -298,3 +298,12 @@ def test_a_benchmark_without_any_reference_is_refused(run_command, tmp_path):
     assert "nothing to score, no trial has a reference" in err
     assert len(err.strip().splitlines()) == 1
     assert not (directory / "results.csv").exists()
+
+
+def test_a_start_that_is_longer_than_the_trials_is_named(run_command):
+    status, _, err, _ = run_command(
+        "benchmark", "debug=tiny", "methods=[zero]", "evaluation.skip_s=1000",
+        "data.simulated_gait.segments=[thigh_right]",
+    )  # fmt: skip
+    assert status == 2
+    assert "error: evaluation.skip_s is 1000: nothing is left to score" in err

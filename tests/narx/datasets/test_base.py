@@ -57,6 +57,10 @@ def test_unknown_names_list_the_known_ones():
         _Six().load("A", "slow", "9")
 
 
+def test_a_name_may_be_a_number():
+    assert _Six().load("A", "slow", 1).trial == "1"
+
+
 def test_known_names_that_never_meet():
     with pytest.raises(UserError, match="together"):
         _Six().select(subject="B", condition="fast")

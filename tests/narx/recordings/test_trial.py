@@ -4,7 +4,9 @@ import re
 from datetime import UTC, datetime
 
 import numpy as np
+import pandas as pd
 import pytest
+import torch
 
 from narx.errors import RecordingError, UserError
 from narx.recordings.trial import ImuRecording, Trial
@@ -24,6 +26,13 @@ def test_what_is_masked_is_missing():
     found = recording(gyroscope_rad_s=values).gyroscope_rad_s
     np.testing.assert_array_equal(np.isnan(found), values.mask)
     assert not isinstance(found, np.ma.MaskedArray)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kind", [torch.tensor, pd.DataFrame, np.asfortranarray, np.ndarray.tolist])
+def test_any_table_of_numbers_is_taken(kind):
+    values = np.arange(3.0 * N).reshape(N, 3)
+    np.testing.assert_array_equal(recording(gyroscope_rad_s=kind(values)).gyroscope_rad_s, values)
 
 
 def test_a_later_change_by_the_caller_does_not_reach_the_recording():
