@@ -111,7 +111,7 @@ class _GradientOptimizer:
         """
         starts, curriculum = starts_of(model, rng, self.restarts, self.curriculum, start)
         stages = stages_of(model, training, objective, curriculum, self.prior_deg2)
-        chosen_by, unit_deg2 = closed_loop_fit(model, validation, objective, "held-back")
+        chosen_by, unit_deg2 = closed_loop_fit(model, validation, objective, "held-out")
         free = np.flatnonzero(model.trainable.numpy())
         size = typical_sizes(model)[free]
         run = Restarts(log, Progress() if progress is None else progress)

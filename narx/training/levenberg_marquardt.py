@@ -128,7 +128,7 @@ class LevenbergMarquardt:
         prior = 0.0 if self.bayesian else self.prior_deg2
         starts, curriculum = starts_of(model, rng, self.restarts, self.curriculum, start)
         stages = stages_of(model, training, objective, curriculum, prior)
-        chosen_by, unit_deg2 = closed_loop_fit(model, validation, objective, "held-back")
+        chosen_by, unit_deg2 = closed_loop_fit(model, validation, objective, "held-out")
         done: Counter[int] = Counter()
         lock = threading.Lock()
 

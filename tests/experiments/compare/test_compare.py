@@ -18,7 +18,7 @@ pytest.importorskip("pyarrow")
 from narx.experiments.compare.__main__ import compare, main
 from narx.experiments.compare.report import readable, settings_figure
 
-# held-back error by hidden neurons and seed
+# held-out error by hidden neurons and seed
 ERRORS = {2: [1.5, 1.7, 1.9], 3: [1.0, 1.1, 1.5]}
 
 

@@ -321,7 +321,7 @@ def test_an_objective_refuses_nonsense_where_it_is_made(values, says):
 def test_an_error_over_no_samples_is_refused(name):
     with pytest.raises(UserError, match=r"no sample .* counts; .*washout_s is 1000 s"):
         train(OPTIMIZERS[name], objective=Objective(washout_s=1000.0, rest_weight=0.0))
-    with pytest.raises(UserError, match="no sample of the held-back sequences counts"):
+    with pytest.raises(UserError, match="no sample of the held-out sequences counts"):
         train(OPTIMIZERS[name], objective=Objective(washout_s=6.0))
 
 
