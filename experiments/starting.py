@@ -7,6 +7,7 @@ remembered: code that is interrupted while it cleans up may raise another except
 
 import contextlib
 import gc
+import io
 import os
 import select
 import signal
@@ -40,6 +41,10 @@ def begin() -> None:
     gc.disable()
     # figures are only written to files; matplotlib would refuse the name of an unknown backend
     os.environ["MPLBACKEND"] = "agg"
+    # names of files may have letters that a terminal's encoding does not
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     _react(_end)
 
 

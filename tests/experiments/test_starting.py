@@ -121,3 +121,12 @@ def test_an_unknown_backend_of_matplotlib_has_no_effect():
     )
     environment = {**os.environ, "MPLBACKEND": "nonsense"}
     subprocess.run([sys.executable, "-c", script], env=environment, check=True)
+
+
+def test_letters_that_the_terminal_does_not_have_are_printed_as_escapes():
+    script = r"import sys; sys.argv[0] = '-m'; import narx.experiments; print('\u00fc \udcff')"
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "\\xfc \\udcff\n"
