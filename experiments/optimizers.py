@@ -29,7 +29,7 @@ from narx.training.trial_reader import Stretch
 from narx.windows import TrainingSequence, from_arrays
 
 PLAIN_ARRAYS = "plain_arrays"
-_COLUMNS = ("Held-back error (°)", "Cost evaluations", "CPU time (s)")
+_COLUMNS = ("Held-out error (°)", "Cost evaluations", "CPU time (s)")
 
 # sequences for training and for validation; without the latter, the end of the former is held out
 _Data = tuple[list[TrainingSequence], list[TrainingSequence]]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from hydra.core.hydra_config import HydraConfig
 from matplotlib.image import imread
 from omegaconf import DictConfig, OmegaConf
 from torch.utils.tensorboard import SummaryWriter
@@ -14,8 +15,10 @@ from torch.utils.tensorboard.summary import hparams
 
 from narx.inference.checkpoint import Checkpoint
 
-# configuration sections that become columns in the table of runs
-_COMPARED = ("seed", "data", "split", "calibration", "teacher", "model", "optimizer", "training")
+# groups of the configuration whose choice is a column in the table of runs
+_COMPARED = ("data", "split", "calibration", "teacher", "model", "optimizer")
+# where things are, which does not change a result
+_WITHOUT_COLUMN = frozenset({"data_root", "prepared.folder", "debug"})
 
 
 class TensorBoardLog:
@@ -157,7 +160,8 @@ class TensorBoardLog:
         Parameters
         ----------
         cfg : omegaconf.DictConfig
-            Its settings are the columns.
+            The columns are its seed, the choices of its groups and what was set besides: all
+            settings would be a hundred columns, of which hardly any differs.
         metrics : mapping of str to float
             Metrics shown next to the settings, under the tags of scalars that were logged before.
         """
@@ -180,10 +184,12 @@ class TensorBoardLog:
 
 
 def _settings(cfg: DictConfig) -> dict[str, bool | float | str]:
-    chosen = OmegaConf.masked_copy(cfg, [key for key in _COMPARED if key in cfg])
-    content = OmegaConf.to_container(chosen, resolve=True)
-    table = pd.json_normalize(content).iloc[0].to_dict()  # type: ignore[arg-type]
-    return {str(key): _plain(value) for key, value in table.items()}
+    hydra = HydraConfig.get()
+    keys = [override.partition("=")[0].lstrip("+~") for override in hydra.overrides.task]
+    choices = {key: hydra.runtime.choices[key] for key in _COMPARED if key in hydra.runtime.choices}
+    set_here = {key: OmegaConf.select(cfg, key) for key in keys if key not in _WITHOUT_COLUMN}
+    values = {"seed": cfg.seed} | set_here | choices
+    return {key: _plain(value) for key, value in values.items() if value is not None}
 
 
 def _plain(value: Any) -> bool | float | str:

@@ -12,7 +12,7 @@ from narx.evaluation.agreement import (
     repeated_limits_of_agreement,
 )
 from narx.evaluation.comparison import Evaluated
-from narx.experiments.figures.canvas import panels, styled
+from narx.experiments.figures.canvas import legend_below, panels, styled
 from narx.experiments.method_labels import method_label
 from narx.experiments.tables.subjects import condition_order
 from narx.experiments.tables.table import shown
@@ -34,14 +34,15 @@ def _draw(
         vmin=0.3,
     )  # fmt: skip
     limits = _limits(errors, subjects)
-    for value, interval, colour, style in (
-        (limits.bias, limits.bias_interval, "#0099a8", ":"),
-        (limits.upper, limits.upper_interval, "#c8102e", "--"),
-        (limits.lower, limits.lower_interval, "#0060b0", "--"),
+    for value, interval, colour, style, name in (
+        (limits.bias, limits.bias_interval, "#0099a8", ":", "mean error"),
+        (limits.upper, limits.upper_interval, "#c8102e", "--", "upper 95 % limit of agreement"),
+        (limits.lower, limits.lower_interval, "#0060b0", "--", "lower 95 % limit of agreement"),
     ):
-        panel.axhline(value, color=colour, linestyle=style, linewidth=1.3)
+        panel.axhline(value, color=colour, linestyle=style, linewidth=1.3, label=name)
         if 2 < limits.n_subjects < limits.n_samples:
-            panel.axhspan(*interval, color=colour, alpha=0.10, linewidth=0)
+            label = "95 % intervals of these over subjects" if name == "mean error" else None
+            panel.axhspan(*interval, color=colour, alpha=0.10, linewidth=0, label=label)
         panel.annotate(
             shown(value, 1),
             (1.0, value),
@@ -112,5 +113,8 @@ def bland_altman(
             low, high = min(pair[0] for pair in seen), max(pair[1] for pair in seen)
             grid[row, 0].set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
         grid[row, 0].set_ylabel(f"{axis_name}\nreference - estimate (°)")
+    drawn: list[Axes] = [panel for panel in grid.flat if panel.get_legend_handles_labels()[0]]
+    if drawn:
+        legend_below(figure, drawn[0])
     figure.suptitle(title or f"Agreement of {method_label(method)} with the reference")
     return figure

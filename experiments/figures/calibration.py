@@ -57,9 +57,9 @@ def calibration_figure(
                 [0.68, 0.95], [found.coverage_68, found.coverage_95], "o", color=colour, ms=4
             )
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), frameon=False, fontsize=7)
-        panel.set(title=name, xlabel="nominal coverage", xlim=(0, 1), ylim=(0, 1))
+        panel.set(title=name, xlabel="predicted share in a band", xlim=(0, 1), ylim=(0, 1))
         panel.set_aspect("equal")
-    grid[0, 0].set_ylabel("observed coverage")
+    grid[0, 0].set_ylabel("observed share of errors in it")
     if title:
         figure.suptitle(title)
     return figure

@@ -149,7 +149,7 @@ def error_over_time(
         logarithmic(panel, "y")
         panel.set_title(name)
         panel.set_xlabel("time (min)")
-    grid[0, 0].set_ylabel(f"RMSE of {block_s:g} s (°)")
+    grid[0, 0].set_ylabel(f"RMSE of each {block_s:g} s (°)")
     legend_below(figure, grid[0, 0])
     if title:
         figure.suptitle(title)

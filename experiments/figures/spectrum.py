@@ -49,7 +49,7 @@ def spectrum(
     count = min(int(np.searchsorted(held, power_fraction)) + 1, len(power))
     amplitude_deg = np.rad2deg(amplitude)
 
-    figure, grid = panels(1, 1, 5.6, 2.7)
+    figure, grid = panels(1, 1, 6.0, 2.7)
     panel = grid[0, 0]
     shown = (frequency_hz > 0) & (frequency_hz <= highest_hz)
     panel.plot(frequency_hz[shown], amplitude_deg[shown], color="#0060b0", linewidth=0.8)
@@ -69,7 +69,8 @@ def spectrum(
         )
     plural = "component holds" if count == 1 else "components hold"
     panel.set_title(
-        f"{count} {plural} {100 * held[count - 1]:.1f} % of the power (stride {stride_hz:.2f} Hz)",
+        f"{count} {plural} {100 * held[count - 1]:.1f} % of the power (stride {stride_hz:.2f} Hz); "
+        "at each: its rank, and the power of all up to it",
         fontweight="normal",
     )
     panel.set(xlabel="frequency (Hz)", ylabel="amplitude (°/s)", xlim=(0, highest_hz))

@@ -6,7 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from narx.evaluation.strides import StrideSet
-from narx.experiments.figures.canvas import ANGLE_NAMES, REFERENCE_COLOUR, panels, styled
+from narx.experiments.figures.canvas import (
+    ANGLE_NAMES,
+    REFERENCE_COLOUR,
+    legend_below,
+    panels,
+    styled,
+)
 from narx.experiments.method_labels import method_colour, method_label
 
 
@@ -41,16 +47,13 @@ def stride_bands(sets: Sequence[StrideSet], methods: Sequence[str], title: str =
             ]
             reference, estimate = (np.concatenate(side) for side in zip(*pairs, strict=True))
             valid = np.isfinite(reference + estimate).all(axis=1)
-            lines = (
-                (reference, REFERENCE_COLOUR, "reference"),
-                (estimate, method_colour(method), method_label(method)),
-            )
+            lines = (reference, REFERENCE_COLOUR), (estimate, method_colour(method))
             if valid.any():
-                for strides, colour, name in lines:
+                for strides, colour in lines:
                     mean, spread = strides[valid].mean(axis=0), strides[valid].std(axis=0)
                     band = mean - spread, mean + spread
                     axis.fill_between(percent, *band, color=colour, alpha=0.2, lw=0)
-                    axis.plot(percent, mean, color=colour, label=f"{name}, mean ± SD")
+                    axis.plot(percent, mean, color=colour)
             else:
                 middle = axis.get_xaxis_transform()
                 axis.text(50.0, 0.5, "not observed", ha="center", transform=middle)
@@ -58,7 +61,13 @@ def stride_bands(sets: Sequence[StrideSet], methods: Sequence[str], title: str =
                 axis.set_title(ANGLE_NAMES[column])
             if row == len(methods) - 1:
                 axis.set_xlabel("gait cycle (%)")
-        axes[row, 0].set_ylabel("angle (degrees)")
-        axes[row, 0].legend(loc="best")
+        axes[row, 0].set_ylabel(f"{method_label(method)}\nangle (°)")
+    # a legend in a panel would lie on its lines
+    for colour, name in [
+        (REFERENCE_COLOUR, "reference"),
+        *((method_colour(method), method_label(method)) for method in methods),
+    ]:
+        axes[0, 0].plot([], [], color=colour, label=name)
+    legend_below(figure, axes[0, 0])
     figure.suptitle(title)
     return figure

@@ -23,11 +23,11 @@ def training_figure(
     ----------
     history : mapping of str to sequence of float
         By quantity (``cost``, ``damping``, ``gradient``, ...), one value per iteration of the best
-        restart; values that are not positive are not drawn, nor panels without any. Where
+        start; values that are not positive are not drawn, nor panels without any. Where
         ``stage`` changes, a dotted line is drawn: cost and gradient jump, since they are those of
         other windows.
     others : sequence of sequence of float
-        First quantity of the other restarts, drawn faintly.
+        First quantity of the other starts, drawn faintly.
     title : str
         Title of the figure.
 
@@ -53,7 +53,7 @@ def training_figure(
             panel.axvline(begin, color="0.5", linestyle=":", linewidth=0.8)
         panel.xaxis.set_major_locator(MaxNLocator(integer=True))
         panel.set(title=name.replace("_deg2", " (deg²)").replace("_", " "), xlabel="iteration")
-    figure.suptitle(title)
+    figure.suptitle(f"{title}; dotted: next stage" if len(begins) else title)
     return figure
 
 

@@ -38,11 +38,13 @@ class Outcome:
     status : {"done", "incomplete", "refused"}
         Whether angles were computed; incomplete: without those of a missing sensor.
     reason : str
-        Reason for the refusal, what is missing, or notes on the recording.
+        Reason for the refusal, or what is missing; empty if done.
     n_samples, n_angles : int
         Number of samples in the output, and of those with angles.
     key : str
         Hash of the input and the options used.
+    notes : str
+        Notes on a recording that was read, separated by semicolons.
     """
 
     file: str
@@ -51,6 +53,7 @@ class Outcome:
     n_samples: int
     n_angles: int
     key: str
+    notes: str = ""
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,8 @@ class Job:
             return Outcome(self.name, "refused", str(error), 0, 0, self.key)
         lacking = self._lacking()
         status = "incomplete" if lacking else "done"
-        reason = "; ".join([*lacking, *notes])
-        return Outcome(self.name, status, reason, n_samples, n_angles, self.key)
+        reason, remarks = "; ".join(lacking), "; ".join(notes)
+        return Outcome(self.name, status, reason, n_samples, n_angles, self.key, remarks)
 
     @property
     def recordings(self) -> tuple[Path, ...]:

@@ -171,9 +171,14 @@ class GenericReport(Report):
             )
             for row in rows:
                 figures[f"bland_altman_{kind}_{row}"] = bland_altman(pieces, row)
-            figures[f"error_over_time_{kind}"] = error_over_time(pieces, methods=rows)
+            figures[f"error_over_time_{kind}"] = error_over_time(
+                pieces, methods=rows, title=f"{kind}: mean over trials, each trial thin"
+            )
             if any(piece.std_rad for piece in pieces):
-                figures[f"calibration_{kind}"] = calibration_figure(pieces)
+                figures[f"calibration_{kind}"] = calibration_figure(
+                    pieces,
+                    title=f"{kind}: predicted SD (below the diagonal: too small)",
+                )
         return figures | self._strides.figures()
 
 

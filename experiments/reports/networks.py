@@ -37,7 +37,7 @@ def about_network(fold: str, network: Checkpoint) -> str:
 
 
 def training_history_figure(network: Checkpoint, title: str) -> Figure:
-    """Draw the training history of the best restart of a network.
+    """Draw the training history of the best start of a network.
 
     Parameters
     ----------
@@ -54,5 +54,6 @@ def training_history_figure(network: Checkpoint, title: str) -> Figure:
     history = network.history["report"]["history"]
     names = list(history[0]) if history else []
     return training_figure(
-        {name: [entry.get(name, np.nan) for entry in history] for name in names}, title=title
+        {name: [entry.get(name, np.nan) for entry in history] for name in names},
+        title=f"Training on {title}, best start",
     )

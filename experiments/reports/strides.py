@@ -82,7 +82,7 @@ class Strides:
             f"strides_{kind}": stride_bands(
                 sets,
                 self._rows(sets),
-                f"{kind}, mean and SD of all strides",
+                f"{kind}: mean (line) and SD (band) of all strides",
             )
             for kind, sets in self._by_kind().items()
         }

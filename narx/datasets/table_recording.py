@@ -155,11 +155,19 @@ def recording_from(table: Table, layout: Layout | None, segment: str) -> ImuReco
     where, names, units = str(table.path), table.names, table.units
     if layout is None:
         layout = recognised(names, units, "\n".join(table.comments), where)
-    device = () if layout is OWN else (f"columns as of {layout.name}",)
+    device = [] if layout is OWN else [f"columns as of {layout.name}"]
+    if not layout.accelerometer:
+        unused = [name for name in names if re.match("acc", name, re.I)]
+        if unused:
+            device.append(f"no accelerometer in {layout.name}, {', '.join(unused)} not used")
     stamps, notes = _stamps(table, layout)
     gyroscope = _vectors(table, require(layout.gyroscope, "gyroscope", names, units, where))
     found = first_found(layout.accelerometer, "accelerometer", names, units, where)
-    if found is None and any(re.match("accelerometer[_ ]", name, re.I) for name in names):
+    if (
+        layout.accelerometer
+        and found is None
+        and any(re.match("accelerometer[_ ]", name, re.I) for name in names)
+    ):
         found = require(layout.accelerometer, "accelerometer", names, units, where)
     force = np.full_like(gyroscope, np.nan) if found is None else _vectors(table, found)
     if len(stamps) == 0:

@@ -16,6 +16,8 @@ from narx.types import FloatArray
 
 # half width of the limits of agreement in standard deviations (Bland and Altman, 1986)
 LIMITS_SD = 1.96
+# a joint that is held still: what varies is the rounding of its quaternions
+_STILL_RAD = 1e-9
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Agreement:
     rmse_deg : float
         Root mean square error, degrees.
     r : float
-        Pearson's correlation; NaN where either signal is constant.
+        Pearson's correlation; NaN where either signal varies by less than 1e-9 rad.
     loa_lower_deg, loa_upper_deg : float
         95 % limits of agreement, bias -+ 1.96 precision, degrees.
     """
@@ -107,12 +109,13 @@ def agreement(reference_rad: ArrayLike, estimate_rad: ArrayLike) -> Agreement:
     error = np.rad2deg(reference - estimate)
     bias = float(error.mean())
     precision = float(error.std(ddof=1)) if n > 1 else float("nan")
+    still = min(np.ptp(reference), np.ptp(estimate)) < _STILL_RAD
     return Agreement(
         n_samples=n,
         bias_deg=bias,
         precision_deg=precision,
         rmse_deg=float(np.sqrt(np.mean(error**2))),
-        r=correlation(reference, estimate),
+        r=nan if still else correlation(reference, estimate),
         loa_lower_deg=bias - LIMITS_SD * precision,
         loa_upper_deg=bias + LIMITS_SD * precision,
     )

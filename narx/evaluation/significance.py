@@ -27,7 +27,7 @@ class MeanInterval:
     mean : float
         Their mean; NaN without any.
     low, high : float
-        Ends of the interval; NaN below two subjects.
+        Ends of the interval; NaN below four subjects.
     """
 
     n: int
@@ -100,7 +100,7 @@ class PairedTest:
     difference : float
         Mean of first minus second.
     low, high : float
-        95 % bootstrap interval of the difference (`bootstrap_mean`).
+        95 % bootstrap interval of the difference; NaN below four subjects (`bootstrap_mean`).
     p_permutation : float
         Two-sided p of the mean difference under exchange of the two methods within subjects:
         all exchanges up to 13 subjects, random ones beyond. NaN below two subjects.

@@ -96,7 +96,11 @@ def test_a_sweep_leaves_runs_that_compare(run_command, tmp_path):
             events.PluginTagToContent("hparams")["_hparams_/session_start_info"]
         ).session_start_info.hparams
         assert settings["seed"].number_value == float(run.name[5])
-        assert settings["model.hidden"].number_value == 3
+        assert settings["optimizer"].string_value == "levenberg_marquardt"
+        # what was set here, and nothing that is only in the files
+        assert "data.simulated_gait.subjects" in settings
+        assert len(settings) < 20
+        assert not any("_target_" in key for key in settings)
     # two people were drawn, and yet the curves share their charts
     assert shown[0] == shown[1]
     people = {json.loads((run / "training.json").read_text())["fold"][:2] for run in runs}

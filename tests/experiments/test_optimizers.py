@@ -42,7 +42,7 @@ def test_every_optimiser_and_kind_of_data_has_a_row(run_command):
         for kind in ("simulated gait", "plain arrays")
         for name in ("levenberg_marquardt", "lbfgs")
     ]
-    assert (table["Held-back error (°)"] < 10.0).all()
+    assert (table["Held-out error (°)"] < 10.0).all()
     # two starts, two stages, each with its first evaluation
     counts = table["Cost evaluations"].xs("levenberg_marquardt", level="Optimiser")
     assert (counts <= 2 * 2 * (15 + 1)).all()

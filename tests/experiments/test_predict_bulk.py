@@ -47,6 +47,7 @@ def test_one_broken_file_does_not_stop_the_others(run_command, folder):
     ]  # fmt: skip
     assert summary.status.to_dict()["S1/broken.csv"] == "refused"
     assert "no column 'gyroscope_y_rad_s'" in summary.reason["S1/broken.csv"]
+    assert summary.reason[summary.status == "done"].isna().all()
     # a refused file may be too large to hash, or endless
     hashed = json.loads((folder / "out" / "record.json").read_text())["environment"]["data_sha256"]
     assert {Path(path).name for path in hashed} == {

@@ -53,6 +53,16 @@ def written(tmp_path):
     return write
 
 
+def test_an_accelerometer_that_the_description_leaves_out_is_noted(written):
+    given = {
+        "time": {"names": "time_s", "unit": "s"},
+        "gyroscope": {"names": [f"gyroscope_{axis}_rad_s" for axis in "xyz"], "unit": "rad/s"},
+    }
+    recording = read_recording(written(_table()), layout=layout_from(given, "columns"))
+    assert np.isnan(recording.accelerometer_m_s2).all()
+    assert "no accelerometer in columns, accelerometer_x_m_s2" in recording.notes[-1]
+
+
 def test_units_are_converted(written):
     recording = read_recording(written(_table("deg_s", "g")))
     assert recording.gyroscope_rad_s[1] == pytest.approx(np.radians([1, 2, 3]))

@@ -85,6 +85,12 @@ def test_a_constant_has_no_correlation(constant):
     assert np.isnan(agreement(varying, np.full(101, constant)).r)
 
 
+def test_the_rounding_of_a_still_joint_has_no_correlation():
+    moving = np.sin(np.linspace(0, 9, 300))
+    assert np.isnan(agreement(1e-16 * np.round(moving), moving).r)
+    assert agreement(1e-6 * moving, -moving).r == pytest.approx(-1.0)
+
+
 def test_correlation_does_not_mind_size():
     varying = np.sin(np.linspace(0, 9, 300))
     for scale in (1e-300, 1e-12, 1e150):
