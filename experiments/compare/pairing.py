@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from narx.errors import UserError
@@ -49,11 +50,16 @@ class Pairing:
                 f"Configurations {self.first} and {self.second} share {test.n} "
                 f"{self.unit}{'' if test.n == 1 else 's'}: too few for an interval."
             )
+        interval = (
+            f"95 % interval {test.low:+.3f} to {test.high:+.3f}"
+            if np.isfinite(test.low)
+            else f"too few {self.unit}s for an interval"
+        )
         return (
             f"Configuration {self.first} less {self.second}, {metric} on the same {test.n} "
-            f"{self.unit}s: {test.difference:+.3f}, 95 % interval {test.low:+.3f} to "
-            f"{test.high:+.3f}; p {test.p_permutation:.2g} (permutation; {test.n} pairs cannot "
-            f"give less than {test.smallest_p:.2g})."
+            f"{self.unit}s: {test.difference:+.3f}, {interval}; "
+            f"p {test.p_permutation:.2g} (permutation; {test.n} pairs cannot give less than "
+            f"{test.smallest_p:.2g})."
         )
 
 

@@ -113,7 +113,7 @@ def bland_altman(
             low, high = min(pair[0] for pair in seen), max(pair[1] for pair in seen)
             grid[row, 0].set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
         grid[row, 0].set_ylabel(f"{axis_name}\nreference - estimate (°)")
-    drawn: list[Axes] = [panel for panel in grid.flat if panel.get_legend_handles_labels()[0]]
+    drawn = [panel for panel in figure.axes if panel.get_legend_handles_labels()[0]]
     if drawn:
         legend_below(figure, drawn[0])
     figure.suptitle(title or f"Agreement of {method_label(method)} with the reference")

@@ -78,6 +78,7 @@ def test_configurations_are_ranked_by_their_mean_over_seeds(sweep):
     pd.testing.assert_frame_equal(pd.read_parquet(sweep / "runs.parquet"), table, check_dtype=False)
     assert "best: narx-train model.hidden=3 '+note='\"'\"'two words'\"'\"''" in said
     assert "unfinished runs left out: 1" in said
+    assert "on the same 3 seeds: -0.500, too few seeds for an interval; p 0.25" in said
 
 
 def test_two_configurations_are_compared_on_the_same_seeds_and_folds(sweep):
