@@ -98,7 +98,7 @@ def test_another_segment_is_refused(run_command, experiment, segment, says):
     status, out, err, _ = run_command(
         "benchmark", f"experiment={experiment}", f"data.simulated_gait.segments=[{segment}]",
         "data.simulated_gait.subjects=[S1]", "data.simulated_gait.trials_per_condition=1",
-        "data.simulated_gait.treadmill_duration_s=20", "methods=[gyro_integration]",
+        "data.simulated_gait.treadmill_duration_s=60", "methods=[gyro_integration]",
         "data.simulated_gait.conditions=[normal]",
     )  # fmt: skip
     assert says in refusal(status, out, err)
