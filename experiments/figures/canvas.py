@@ -2,8 +2,8 @@
 
 import functools
 import os
-from collections.abc import Callable, Sequence
-from typing import Any, Literal, ParamSpec
+from collections.abc import Callable
+from typing import Any, Literal, ParamSpec, cast
 
 import numpy as np
 from matplotlib import style
@@ -24,9 +24,7 @@ ANGLE_NAMES = (
 )
 REFERENCE_COLOUR = "#000000"
 
-# of a legend in 8 point: a line with its gaps, and the average width of a letter
-_HANDLE_INCHES = 0.55
-_LETTER_INCHES = 0.062
+# of a legend in 8 point
 _ROW_INCHES = 0.2
 
 _STYLE = {
@@ -109,20 +107,16 @@ def legend_below(figure: Figure, axes: Axes) -> None:
     if not labels:
         return
     # constrained layout reserves room for a legend below the panels, but none beside it
-    columns = next(
-        (n for n in range(len(labels), 1, -1) if _width(labels, n) <= figure.get_figwidth()), 1
-    )
+    canvas = cast(FigureCanvasAgg, figure.canvas)
+    for columns in range(len(labels), 0, -1):
+        legend = figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+        extent = legend.get_window_extent(canvas.get_renderer())
+        if columns == 1 or extent.width <= figure.bbox.width:
+            break
+        legend.remove()
     # the panels keep their size however many lines are listed
     rows = -(-len(labels) // columns)
     figure.set_figheight(figure.get_figheight() + rows * _ROW_INCHES)
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
-
-
-def _width(labels: Sequence[str], columns: int) -> float:
-    """Width in inches of a legend that is filled column by column."""
-    rows = -(-len(labels) // columns)
-    longest = [max(map(len, labels[k : k + rows])) for k in range(0, len(labels), rows)]
-    return len(longest) * _HANDLE_INCHES + sum(longest) * _LETTER_INCHES
 
 
 def logarithmic(panel: Axes, which: Literal["x", "y"]) -> None:
