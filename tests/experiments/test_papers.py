@@ -156,7 +156,7 @@ def test_abhayasinghe_on_real_walks(run_command, data_root, source, trials):
 def test_tham_without_the_network(run_command):
     status, _, err, directory = run_command(
         "benchmark", "experiment=tham_knee_angle", "data.simulated_gait.subjects=[S1,S2]",
-        "data.simulated_gait.treadmill_duration_s=40", "data.simulated_gait.sampling_rate_hz=100",
+        "data.simulated_gait.treadmill_duration_s=60", "data.simulated_gait.sampling_rate_hz=100",
         "methods=[pseudo_integrator,complementary_filter]",
     )  # fmt: skip
     assert status == 0, err
