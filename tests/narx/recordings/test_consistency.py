@@ -119,6 +119,22 @@ def test_only_frequencies_below_1_5_hz_are_compared():
     assert fit_rotation(fast, still, 100.0) is None
 
 
+def test_the_standard_errors_are_those_of_repeated_noise(walk):
+    """Filtered samples are not independent; their number would give an error ten times too small."""
+    rng = np.random.default_rng(0)
+    fits = [
+        fit_rotation(
+            walk.gyroscope_rad_s,
+            walk.accelerometer_m_s2 + 5.0 * rng.standard_normal(walk.accelerometer_m_s2.shape),
+            50.0,
+        )
+        for _ in range(60)
+    ]
+    scatter = np.std([fit.axes for fit in fits], axis=0)
+    predicted = np.mean([fit.axes / fit.t for fit in fits], axis=0)
+    np.testing.assert_allclose(scatter / predicted, 1.0, atol=0.5)
+
+
 LOOSE = Fit(1.0, 0.5, np.ones(3), np.full(3, 9.0), 0.3, "xyz", 0.3)
 CLOSE = {"r2": 0.81, "r2_of_order": 0.81}
 
