@@ -120,7 +120,7 @@ def test_only_frequencies_below_1_5_hz_are_compared():
 
 
 def test_the_standard_errors_are_those_of_repeated_noise(walk):
-    """Filtered samples are not independent; their number would give an error ten times too small."""
+    """Filtered samples are not independent: their number would give errors that are too small."""
     rng = np.random.default_rng(0)
     fits = [
         fit_rotation(
