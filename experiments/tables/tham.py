@@ -8,6 +8,7 @@ the error; see ``experiments/published/README.md``.
 
 from collections.abc import Container, Iterable, Mapping
 
+import numpy as np
 import pandas as pd
 
 from narx.errors import UserError
@@ -199,7 +200,9 @@ def interval_table(results: pd.DataFrame, method: str = "narx", seed: int = 0) -
                     "paper RMSE": paper,
                     "mean below": bool(rmse.mean < paper) if known else None,
                     # of few people there is no interval
-                    "interval below": bool(rmse.high < paper) if known and rmse.n > 3 else None,
+                    "interval below": (
+                        bool(rmse.high < paper) if known and not np.isnan(rmse.high) else None
+                    ),
                 }
             )
     return Table(

@@ -142,7 +142,8 @@ class PostureTracker:
         What calibration and skin leave of the error if the start pose is known: the returned
         standard deviation is never smaller.
     corrected_sd_deg : float
-        Recent corrections c of a tilt angle add ``c^2 / corrected_sd_deg`` to it.
+        Recent corrections c of a tilt angle add ``c^2 / corrected_sd_deg`` to it. An accelerometer
+        corrects all the time, so ``model=aided`` sets 1e6, which adds nothing.
     forward_sd_m_s, sideways_sd_m_s : float
         Standard deviation of the mean velocity over a second, m/s; this and the following only
         with `aided`.

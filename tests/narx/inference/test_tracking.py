@@ -1,6 +1,7 @@
 """Forward and backward pass of a tracker: reversal of time, and the average of both."""
 
 import numpy as np
+import pytest
 
 from narx.inference.tracker import LinearRecursion, PostureTracker
 from narx.inference.tracking import Tracked, Tracking, follow
@@ -20,9 +21,11 @@ class _Passes:
         return _Passes(self._back.reversed())
 
 
-def _output(angle_rad, std_rad, n=4):
+def _output(angle_rad, std_rad, corrected_rad=0.1, n=4):
     full = np.full((n, 3), 1.0)
-    return Tracked(angle_rad * full, std_rad * full, np.ones(n), 0.1 * full, np.ones(n, dtype=bool))
+    return Tracked(
+        angle_rad * full, std_rad * full, np.ones(n), corrected_rad * full, np.ones(n, dtype=bool)
+    )
 
 
 def test_two_estimates_are_averaged_with_the_least_variance():
@@ -30,6 +33,13 @@ def test_two_estimates_are_averaged_with_the_least_variance():
     passes = _Passes(_output(0.0, 1.0), _output(1.0, 2.0))
     found = follow(passes, np.zeros((4, 3)), aided=False, smoothing=True)
     np.testing.assert_allclose(found.angles_rad, 1.0 / 5.0)
+
+
+@pytest.mark.parametrize("corrected", [(0.1, 0.3), (0.3, 0.1)])
+def test_of_two_passes_the_larger_corrections_count(corrected):
+    passes = _Passes(*(_output(0.0, 1.0, corrected_rad) for corrected_rad in corrected))
+    found = follow(passes, np.zeros((4, 3)), aided=False, smoothing=True)
+    np.testing.assert_array_equal(found.corrected_rad, np.full((4, 3), 0.3))
 
 
 def test_backwards_in_time_rates_change_their_sign_and_angles_do_not():
