@@ -186,12 +186,15 @@ def read_tsv(file: Path) -> pd.DataFrame:
         If it is not such a table.
     """
     try:
-        return pd.read_csv(
+        table = pd.read_csv(
             regular_file(file), sep="\t", dtype=str, keep_default_na=False, encoding="utf-8-sig"
         )
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
         message = str(error).strip().splitlines()[0]
         raise RecordingError(f"{file}: not a table ({message})") from None
+    if not isinstance(table.index, pd.RangeIndex):  # pandas takes surplus cells for an index
+        raise RecordingError(f"{file}: not a table (a row has more cells than the header)")
+    return table
 
 
 def start_offsets_s(paths: list[Path], root: Path) -> Mapping[Path, float]:

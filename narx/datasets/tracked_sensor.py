@@ -170,7 +170,7 @@ def _aligned(
             bodies[segment],
             offset_s=shared,
         )
-        _refuse_contradiction(segment, found)
+        refuse_contradiction(segment, found)
         notes.append(
             f"{segment}: tracked body is {np.degrees(found.body_to_sensor.magnitude()):.1f} deg "
             "from the sensor, removed by Kabsch on angular rates; residual "
@@ -188,7 +188,7 @@ def _aligned(
             ),
             "sensor",
         )
-        _refuse_tilted(imus[segment], reference[segment])
+        refuse_tilted(imus[segment], reference[segment])
     return AlignedSensors(imus, reference, dict.fromkeys(sensors, shared), tuple(notes))
 
 
@@ -242,9 +242,27 @@ def tracked_poses(
     ]
 
 
-def _refuse_contradiction(segment: str, found: Misalignment) -> None:
-    """Refuse a sensor and a body that no constant rotation brings together."""
-    mirrored = 1.0 - found.explained > _MIRRORED * (1.0 - found.explained_mirrored)
+def refuse_contradiction(
+    segment: str, found: Misalignment, *, mirrored_factor: float = _MIRRORED
+) -> None:
+    """Refuse a sensor and a body that no constant rotation brings together.
+
+    Parameters
+    ----------
+    segment : str
+        Its name, for messages.
+    found : Misalignment
+        Fit of the rates of both.
+    mirrored_factor : float
+        A reflection that leaves less unexplained than the rotation by this factor is refused.
+
+    Raises
+    ------
+    RecordingError
+        If rotation and slope explain too little, a reflection explains more, or the slope is
+        that of another unit.
+    """
+    mirrored = 1.0 - found.explained > mirrored_factor * (1.0 - found.explained_mirrored)
     if found.explained < _MIN_EXPLAINED or mirrored:
         raise RecordingError(
             f"'{segment}': the gyroscope does not turn as its reference does (a constant rotation "
@@ -260,11 +278,23 @@ def _refuse_contradiction(segment: str, found: Misalignment) -> None:
         )
 
 
-def _refuse_tilted(imu: ImuRecording, reference: ReferenceOrientation) -> None:
+def refuse_tilted(imu: ImuRecording, reference: ReferenceOrientation) -> None:
     """Refuse a reference whose global z axis is not up, according to the mean specific force.
 
     Rates alone do not show conjugate quaternions or axes in another order if the motion is about
     one axis: they are then the same motion, seen from a frame that is turned.
+
+    Parameters
+    ----------
+    imu : ImuRecording
+        The sensor.
+    reference : ReferenceOrientation
+        Orientation of the sensor's own frame, on the same clock.
+
+    Raises
+    ------
+    RecordingError
+        If the mean specific force in the global frame is not gravity along z.
     """
     turned, force = reference.quaternion_wxyz, imu.accelerometer_m_s2
     valid = np.isfinite(turned).all(axis=1) & np.isfinite(force).all(axis=1)

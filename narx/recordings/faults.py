@@ -233,8 +233,9 @@ def _flat(one: FloatArray, runs: list[tuple[int, int]], level: float) -> bool:
     """Return whether a peak is clipped, not rounded: the signal reaches it at full slope."""
     steps = np.abs(np.diff(one[np.isfinite(one)]))
     quantum = steps[steps > 0].min() if (steps > 0).any() else 0.0
-    into = [abs(one[start - 1] - level) for start, _ in runs if start > 0]
-    return bool(into) and float(np.nanmedian(into)) > 3 * quantum
+    before = one[[start - 1 for start, _ in runs if start > 0]]
+    into = np.abs(before[np.isfinite(before)] - level)
+    return bool(into.size) and float(np.median(into)) > 3 * quantum
 
 
 def _moving(rate: FloatArray) -> BoolArray:

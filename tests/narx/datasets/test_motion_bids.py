@@ -133,6 +133,10 @@ def _edit(path, old, new):
         (lambda d: _edit(next(d.glob("*imu*.json")), "128.0", "[1, 2]"), "expected a positive"),
         (lambda d: next(d.glob("*imu*.json")).write_bytes(b"\xff\xfe{"), "not JSON"),
         (lambda d: next(d.glob("*imu*channels*")).write_bytes(b"\xff\xfe{"), "not a table"),
+        (
+            lambda d: _edit(next(d.glob("*imu*channels*")), "GYRO", "GYRO\tsurplus"),
+            "a row has more cells than the header",
+        ),
     ],
 )
 def test_damage_ends_in_one_line(folder, damage, message):

@@ -2,11 +2,13 @@
 
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from narx.calibration.calibrate import calibrate
+from narx.datasets import neura_sample
 from narx.datasets.neura_sample import NeuraSample
 from narx.errors import RecordingError
 from narx.inference.start_up import StartUp
@@ -127,3 +129,23 @@ def test_damage_ends_in_one_clear_line(root, tmp_path, damage, message):
     with pytest.raises(RecordingError, match=message) as caught:
         NeuraSample(root=folder).load("S02", "Walk", "1")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("damaged", ["Gyr_X", "Gyr_Y", "Gyr_Z", "yzx", "sides"])
+def test_sensors_that_contradict_the_markers_are_refused(root, monkeypatch, damaged):
+    """A reversed axis, axes in another order, left and right exchanged."""
+    read = neura_sample._read_sensor
+
+    def changed(path):
+        if damaged == "sides":
+            path = Path(str(path).replace("00B40C35", "00B40BA5"))
+        table = read(path)
+        if damaged == "yzx":
+            table[:, 1:4] = table[:, [2, 3, 1]]
+        elif damaged != "sides":
+            table[:, 1 + ["Gyr_X", "Gyr_Y", "Gyr_Z"].index(damaged)] *= -1.0
+        return table
+
+    monkeypatch.setattr(neura_sample, "_read_sensor", changed)
+    with pytest.raises(RecordingError, match=r"_00B40\w+\.txt: .*(axes|agree)"):
+        NeuraSample(root=root).load("S02", "Walk", "1")

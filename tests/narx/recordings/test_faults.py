@@ -1,5 +1,7 @@
 """Faults are found where they were inserted, and nothing else is changed."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -79,6 +81,18 @@ def test_clipping_is_reported_and_left(walk, limit_deg_s):
     np.testing.assert_array_equal(found, rate)
     share = (np.abs(rate) == limit).any(axis=1).mean()
     assert notes[0].startswith(f"{100 * share:.0f} % of the rows are at the same extreme value")
+
+
+def test_extremes_after_lost_samples_are_not_called_clipped(walk):
+    """Whether the signal reached them at full slope is unknown then."""
+    limit = np.radians(60.0)
+    rate = np.clip(walk.gyroscope_rad_s, -limit, limit)
+    at_limit = np.abs(rate) == limit
+    rate[:-1][at_limit[1:] & ~at_limit[:-1]] = np.nan
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _, notes = without_faults(walk.time_s, rate)
+    assert not any("same extreme value" in note for note in notes)
 
 
 def test_a_slower_sensor_on_a_faster_clock(walk):
