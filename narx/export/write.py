@@ -34,6 +34,12 @@ Precision = Literal["double", "float"]
 
 # the source includes its header by name
 _NOT_IN_AN_INCLUDE = re.compile(r'["\\\x00-\x1f\ud800-\udfff]')
+_C_HEADER = re.compile(
+    "assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|math|setjmp|signal|"
+    "std(align|arg|atomic|bit|bool|ckdint|def|int|io|lib|noreturn)|string|tgmath|threads|time|"
+    "uchar|wchar|wctype",
+    re.IGNORECASE,
+)
 _SUFFIX = {"torchscript": ".pt", "torch_export": ".pt2", "onnx": ".onnx", "c": ".c"}
 _NUMPY: dict[str, type] = {"double": np.float64, "float": np.float32}
 _TORCH = {"double": torch.float64, "float": torch.float32}
@@ -96,6 +102,10 @@ def write(
         raise UserError(
             f"output is {str(target)!r}, expected a name without quotes, backslashes and control "
             "characters for format=c"
+        )
+    if format == "c" and _C_HEADER.fullmatch(target.stem):
+        raise UserError(
+            f"output is '{target}': {target.stem}.h would hide the C library's header of that name"
         )
     if os.path.isdir(target):  # Path.is_dir raises for a name that is too long
         raise UserError(f"output: '{target}' is a folder")

@@ -196,6 +196,7 @@ def test_what_cannot_be_written_is_one_line(checkpoint, tmp_path):
     for name, export_format, reason in (
         ("narx.pt", "torchscript", r"narx\.pt' is a folder"),
         ("file/narx.pt", "torchscript", r"^output: '.*narx\.pt' cannot be written: "),
+        ("Math.c", "c", r"Math\.h would hide the C library's header"),
         ('a"b.c', "c", "expected a name without quotes, backslashes and control characters"),
         ("a\nb.c", "c", "expected a name without quotes"),
         ("a\\b.c", "c", "expected a name without quotes"),
