@@ -232,6 +232,6 @@ def _standard_error(value: FloatArray) -> tuple[float, float]:
     power = float(centred @ centred)
     memory = float(centred[:-1] @ centred[1:]) / power if power > 0 else 0.0
     # the estimate of lag-one correlation is low by about (1 + 4 r) / n in short series (Kendall)
-    memory = float(np.clip(memory + (1.0 + 4.0 * memory) / n, 0.0, 0.99))
+    memory = max(memory + (1.0 + 4.0 * memory) / n, 0.0)
     effective = max(n * (1.0 - memory) / (1.0 + memory), 2.0)
     return float(np.sqrt(value.var(ddof=1) / effective)), effective

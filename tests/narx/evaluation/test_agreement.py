@@ -83,6 +83,14 @@ def test_a_constant_has_no_correlation(constant):
     varying = np.linspace(0, 1, 101)
     assert np.isnan(correlation(np.full(101, constant), varying))
     assert np.isnan(agreement(varying, np.full(101, constant)).r)
+    rounded = np.where(np.arange(101) % 3, constant, np.nextafter(constant, 9.0))
+    assert constant == 0.0 or np.isnan(correlation(rounded, varying))
+
+
+def test_rounding_takes_no_correlation_beyond_one():
+    signals = np.random.default_rng(3).normal(size=(300, 7))
+    assert max(correlation(signal, signal) for signal in signals) == 1.0
+    assert min(correlation(signal, -3.0 * signal) for signal in signals) == -1.0
 
 
 def test_the_rounding_of_a_still_joint_has_no_correlation():
@@ -180,6 +188,12 @@ def test_one_error_a_subject_is_the_plain_case():
         [plain.bias, plain.sd, *plain.bias_interval],
     )
     np.testing.assert_allclose(repeated.upper_interval, plain.upper_interval, atol=0.1)
+
+
+def test_an_interval_of_hardly_any_confidence_is_finite():
+    """The lower bound of the variance would be negative: 1 - (1 / 0.465 - 1) < 0."""
+    found = repeated_limits_of_agreement([0.0, 1.0], ["a", "b"], confidence=0.01)
+    assert found.lower_interval[0] < found.lower < found.lower_interval[1]
 
 
 def test_too_few_for_limits():

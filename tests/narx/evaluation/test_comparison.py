@@ -159,6 +159,15 @@ def test_whole_turns_are_not_errors():
     wound_up = replace(trial, estimates_rad=turned)
     for method in trial.estimates_rad:
         np.testing.assert_allclose(wound_up.error_deg(method), trial.error_deg(method), atol=1e-9)
+    for turned_row, row in zip(rows(wound_up), rows(trial), strict=True):
+        assert turned_row["rmse_deg"] == pytest.approx(row["rmse_deg"], nan_ok=True)
+
+
+def test_an_error_is_the_short_way_round():
+    trial = walk("thigh_right", methods=("narx",))
+    ahead = {"narx": trial.reference_rad + np.radians([170.0, 190.0, 270.0])}
+    error = replace(trial, estimates_rad=ahead).error_deg("narx")
+    np.testing.assert_allclose(error[200:], np.tile([-170.0, 170.0, 90.0], (N - 200, 1)))
 
 
 def test_a_late_angle_has_its_lag_in_milliseconds():

@@ -3,7 +3,7 @@ import pytest
 from scipy import signal, stats
 
 from narx.errors import MethodNotApplicableError
-from narx.evaluation.drift import block_errors, drift_test
+from narx.evaluation.drift import DriftTest, block_errors, drift_test
 
 TIME_S = np.arange(0, 1800, 0.1)
 
@@ -43,6 +43,14 @@ def test_growth_is_found_and_measured():
     back = drift_test(TIME_S, error[::-1])
     assert back.p_value < 0.05
     assert not back.grows
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "p", "grows"),
+    [(-1.0, -2.0, 0.049, True), (-2.0, 1.0, 0.01, False), (1.0, 2.0, 0.051, False)],
+)
+def test_growth_is_of_the_size_and_significant_at_5_percent(first, last, p, grows):
+    assert DriftTest(first, last, last - first, 0.0, 0.0, p, 6, 4.0, 0.0).grows == grows
 
 
 def test_error_of_the_windows_is_the_plain_rmse():
@@ -163,6 +171,20 @@ def test_a_window_that_is_missing_is_left_out():
     assert (found.n_windows, found.freedom) == (11, 9.0)
 
 
+def test_the_line_through_windows_keeps_the_place_of_a_missing_one():
+    """By hand: residuals about a regression on the windows' true begins."""
+    offsets = np.array([0.0, 0.3, np.nan, 0.9, 1.0, 1.7, 1.6, 2.3])
+    time_s = np.arange(0.0, 300.0 * len(offsets), 1.0)
+    error = np.radians(np.repeat(offsets, 300))
+    found = drift_test(time_s, error, quantity="bias")
+    there = np.isfinite(offsets)
+    place, mean = np.arange(8.0)[there], offsets[there]
+    (_, rest, *_) = np.polyfit(place, mean, 1, full=True)
+    assert found.high_deg - found.change_deg == pytest.approx(
+        stats.t.ppf(0.975, 5) * np.sqrt(2.0 * rest[0] / 5), rel=1e-6
+    )
+
+
 def test_gaps_do_not_matter():
     error = walk_error(np.random.default_rng(3))
     error[(TIME_S > 100) & (TIME_S < 150)] = np.nan
@@ -174,6 +196,14 @@ def test_no_error_at_all():
     assert (found.p_value, found.change_deg, found.grows) == (1.0, 0.0, False)
 
 
+def test_a_step_without_scatter_is_certain():
+    found = drift_test(*_steps(np.full(30, 1.0), np.full(30, 2.0)), quantity="bias")
+    assert (found.p_value, found.low_deg, found.high_deg) == pytest.approx((0.0, 1.0, 1.0))
+    # of no error at all Kendall's correction is left: 30 (1 - 1/30) / (1 + 1/30) values a window
+    found = drift_test(*_steps(np.zeros(30), np.zeros(30)))
+    assert found.freedom == pytest.approx(2.0 * (30.0 * 29.0 / 31.0 - 1.0))
+
+
 def test_too_short_is_refused():
     with pytest.raises(MethodNotApplicableError, match="expected two windows of 300 s"):
         drift_test(TIME_S[:3000], np.zeros(3000))
@@ -181,6 +211,9 @@ def test_too_short_is_refused():
         drift_test([], [])
     with pytest.raises(MethodNotApplicableError, match="expected three"):
         drift_test(TIME_S, np.full_like(TIME_S, np.nan))
+    for missing in (TIME_S < 300, TIME_S >= 1500):
+        with pytest.raises(MethodNotApplicableError, match="0 blocks of 10 s"):
+            drift_test(TIME_S, np.where(missing, np.nan, 0.1))
 
 
 def _steps(first, last, block_s=10.0):
@@ -238,6 +271,10 @@ def test_the_slope_is_per_hour_and_blocks_have_their_middle():
     time_s = np.arange(0.0, 3600.0, 0.5)
     found = drift_test(time_s, np.radians(1.0 + 2.0 * time_s / 3600.0), quantity="bias")
     assert found.slope_deg_per_h == pytest.approx(2.0, rel=1e-6)
+    # the median slope of all pairs does not follow a few wrong blocks at the end
+    wrong = np.where(time_s < 3400.0, 1.0 + 2.0 * time_s / 3600.0, 30.0)
+    found = drift_test(time_s, np.radians(wrong), quantity="bias")
+    assert found.slope_deg_per_h == pytest.approx(2.0, rel=0.2)
     middle, value = block_errors(time_s, np.radians(time_s / 3600.0), 10.0, "bias")
     assert middle[[0, 1, -1]] == pytest.approx([5.0, 15.0, 3595.0])
     assert value == pytest.approx((middle - 0.25) / 3600.0)
@@ -250,6 +287,22 @@ def test_a_block_less_than_half_full_is_left_out():
     error[200:248] = np.nan  # 52 left
     middle, _ = block_errors(time_s, error)
     assert middle.tolist() == [5.0, 25.0, 35.0]
+    # whether a block is full does not depend on stamps that are missing elsewhere
+    there = (time_s < 20.0) | (time_s >= 30.0)
+    assert block_errors(time_s[there], error[there])[0].tolist() == [5.0, 35.0]
+
+
+@pytest.mark.parametrize(("seconds", "windows"), [(591, 2), (1791, 6), (1789, 2)])
+def test_a_block_less_than_the_windows_need_is_enough(seconds, windows):
+    """From six windows on all of them are compared, otherwise the first with the last."""
+    time_s = np.arange(0.0, seconds, 0.1)
+    assert drift_test(time_s, 0.1 * np.sin(time_s)).n_windows == windows
+
+
+def test_a_block_less_and_more_is_too_short():
+    time_s = np.arange(0.0, 589.0, 0.1)
+    with pytest.raises(MethodNotApplicableError, match="has 589 s, expected two windows"):
+        drift_test(time_s, 0.1 * np.sin(time_s))
 
 
 def test_two_blocks_in_a_window_are_too_few():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
 from narx.evaluation.reliability import reliability
 
@@ -42,11 +43,33 @@ def test_a_constant_offset_is_consistent_but_does_not_agree():
     assert offset.mdc == pytest.approx(1.96 * 10.0, rel=1e-4)
 
 
+def test_the_interval_of_consistency_is_shrout_and_fleiss():
+    """From F = between / residual, both with n - 1 degrees of freedom; two decimals are kept."""
+    rng = np.random.default_rng(2)
+    reference = rng.normal(40.0, 5.0, 15)
+    estimate = reference + 6.0 + rng.normal(0.0, 3.0, 15)
+    found = reliability(reference, estimate)
+    ratio = (1 + found.icc_3_1) / (1 - found.icc_3_1)
+    bounds = ratio / stats.f.ppf([0.975, 0.025], 14, 14)
+    expected = (bounds - 1) / (bounds + 1)
+    assert found.icc_3_1_interval == pytest.approx(expected, abs=0.006)
+    assert found.icc_2_1_interval[0] < expected[0] - 0.1
+
+
 def test_the_standard_error_is_the_noise_of_one_instrument():
     rng = np.random.default_rng(0)
     true = rng.normal(0.0, 20.0, 20_000)
     found = reliability(true + rng.normal(0, 3.0, true.size), true + rng.normal(0, 3.0, true.size))
     assert found.sem == pytest.approx(3.0, rel=0.03)
+
+
+def test_a_target_that_one_instrument_lacks_is_left_out():
+    rng = np.random.default_rng(1)
+    reference = rng.normal(40.0, 5.0, 12)
+    estimate = reference + rng.normal(0.0, 2.0, 12)
+    whole = reliability(reference[:10], estimate[:10])
+    reference[10] = estimate[11] = np.nan
+    assert reliability(reference, estimate) == whole
 
 
 @pytest.mark.parametrize(

@@ -65,6 +65,7 @@ def test_a_good_line(tmp_path):
         (GOOD.replace("0.9", "1.9"), "r is '1.9', expected a correlation or nothing"),
         (GOOD.replace("3.0", "-3.0"), "rmse_deg is '-3.0', expected degrees or nothing"),
         (GOOD.replace("3.0", "-"), "rmse_deg is '-'"),
+        (GOOD.replace(",2.0,3", ",-2.0,3"), "precision_deg is '-2.0'"),
         (GOOD[:30], "row 1: axis is 'sagit', expected one of"),
         (GOOD + ",7,8", "cannot be read as CSV|axis is"),
     ],

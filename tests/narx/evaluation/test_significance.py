@@ -53,6 +53,8 @@ def test_permutation_p_by_hand():
     np.testing.assert_allclose(found.difference, 7 / 3)
     np.testing.assert_allclose([found.p_permutation, found.smallest_p], 0.25)
     np.testing.assert_allclose(found.p_wilcoxon, 0.25)
+    two = paired_test([2.0, 4.0], [1.0, 2.0])
+    np.testing.assert_allclose([two.p_permutation, two.p_wilcoxon, two.smallest_p], 0.5)
     # of (3, -1, 2): |sum| >= 4 in +++, ++-... (3+1+2, 3-1+2) and their mirror images
     np.testing.assert_allclose(paired_test([3.0, 0.0, 2.0], [0.0, 1.0, 0.0]).p_permutation, 0.5)
 

@@ -43,6 +43,14 @@ def test_a_stride_with_a_missing_sample_is_left_out():
     assert len(cut_strides(walk(missing=[1050]), np.arange(0.0, 20.0)).reference_deg) == 16
 
 
+def test_a_stride_of_an_estimate_with_a_missing_sample_keeps_the_others_numbers():
+    walked = walk()
+    walked.estimates_rad["narx"][650, 0] = np.nan
+    found = stride_table([cut_strides(walked, np.arange(0.0, 20.0))])
+    # the first stride that is scored begins at 2 s
+    assert found["stride"].tolist() == [k for k in range(17) if k != 4]
+
+
 def test_waveforms_are_averaged_by_subject():
     walks = (("A", 20.0), ("A", 8.0), ("B", 9.0))
     sets = [cut_strides(walk(s, t), np.arange(0.0, t)) for s, t in walks]

@@ -23,6 +23,11 @@ def test_by_hand():
     assert (found.n_samples, found.coverage_68, found.coverage_95) == (4, 0.5, 0.75)
 
 
+def test_the_narrow_band_holds_68_percent_not_one_standard_deviation():
+    found = calibration([0.99, 0.997], [1.0, 1.0])
+    assert (found.coverage_68, found.coverage_95) == (0.5, 1.0)
+
+
 def test_scaling_by_the_scale_calibrates_the_scale():
     generator = np.random.default_rng(1)
     error, std = generator.normal(0, 0.3, 500), generator.uniform(0.1, 0.2, 500)

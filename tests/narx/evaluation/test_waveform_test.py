@@ -29,6 +29,15 @@ def test_a_difference_in_swing_is_found_where_it_is():
     assert found.largest_difference_deg == pytest.approx(6.0, abs=1.0)
 
 
+@pytest.mark.parametrize("size_deg", [1.0, 1e-5])
+def test_a_difference_over_the_whole_cycle_is_100_percent(size_deg):
+    reference = 30.0 + smooth_noise(np.random.default_rng(6), 12)
+    own = np.linspace(0.9, 1.1, 12)[:, None] * (1.5 + np.sin(PERCENT / 100.0))
+    found = waveform_test(reference, reference + size_deg * own)
+    assert found.clusters[0][:2] == pytest.approx((0.0, 100.0))
+    assert found.share_percent == pytest.approx(100.0)
+
+
 def test_noise_alone_is_rarely_a_difference():
     rng = np.random.default_rng(2)
     found = [

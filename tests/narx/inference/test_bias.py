@@ -67,3 +67,38 @@ def test_a_known_start_is_there_and_slower_than_20_deg_s(mean_deg_s, missing, me
         return
     with pytest.raises(RecordingError, match=f"^x: start_pose=known, but .*{message}"):
         check_known_start(one.time_s, rate, "x")
+
+
+def test_sway_about_all_three_axes_counts():
+    one = recording(0.0, 4.0)
+    one.gyroscope_rad_s[:, 0] = one.gyroscope_rad_s[:, 1]
+    with pytest.raises(RecordingError, match=r"varies by 5\.7 deg/s"):
+        remove_static_bias(one, True, (2.0, 11.99), "x")
+
+
+def test_the_bias_is_the_mean_from_the_first_to_the_last_sample_of_the_part():
+    one = recording(0.0, 0.0)
+    one.gyroscope_rad_s[[200, 201, 202, 203], 2] = np.radians([1.0, 1.0, 4.0, 9.0])
+    bias, _ = remove_static_bias(one, True, (one.time_s[200], one.time_s[202]), "x")
+    assert np.degrees(bias) == pytest.approx([0.0, 0.0, 2.0])
+
+
+def test_a_slow_recording_may_miss_its_first_sample():
+    time_s = np.arange(0.0, 10.0, 0.125)
+    rate = np.zeros((len(time_s), 3))
+    rate[0] = np.nan
+    check_known_start(time_s, rate, "x")
+    rate[1] = np.nan
+    with pytest.raises(RecordingError, match=r"first 0\.25 s are missing"):
+        check_known_start(time_s, rate, "x")
+
+
+def test_a_known_start_rests_from_its_first_sample_on():
+    """The sensor turns from 0.21 s on, 0.12 s after the first sample that is there."""
+    one = recording(0.0, 0.0)
+    rate = one.gyroscope_rad_s.copy()
+    rate[21:, 1] = np.radians(60.0)
+    check_known_start(one.time_s, rate, "x")
+    rate[:9] = np.nan
+    with pytest.raises(RecordingError, match="turns by"):
+        check_known_start(one.time_s, rate, "x")
