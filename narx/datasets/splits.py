@@ -207,7 +207,7 @@ def one_window(
         raise UserError(
             f"split: {'/'.join(part.key)} lasts {duration_s:g} s, expected earliest_s "
             f"({earliest_s:g}), window_s ({window_s:g}) and validation_s ({validation_s:g}) "
-            "to fit into it"
+            "of split=one_window to fit into it"
         )
     start_s = float(rng.uniform(earliest_s, latest_s))
     (training,) = _parts(chosen, start_s, start_s + window_s)
