@@ -5,7 +5,6 @@ import numpy as np
 from narx.baselines.recursive import GivenStartUp
 from narx.inference.composition import start_up_of
 from narx.inference.start_up import StartUp
-from narx.kernels.start_up import POSTURE_WEIGHT
 from narx.method import OrientationMethod, SegmentSignals
 from narx.types import FloatArray
 
@@ -33,7 +32,5 @@ class Constant(OrientationMethod):
     def _estimate(self, signals: SegmentSignals) -> FloatArray:
         state = self.start_up.begin(signals.initial_angles_rad)
         self.start_up.run(signals.axis_rates_rad_s, signals.interval_s, state)
-        posture = np.zeros(3)
-        if state[POSTURE_WEIGHT]:
-            posture = StartUp.hand_over(state, signals.interval_s)[0]
+        posture, *_ = StartUp.hand_over(state, signals.interval_s)
         return np.tile(posture, (signals.n_samples, 1))

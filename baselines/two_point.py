@@ -118,8 +118,8 @@ class TwoPoint(OrientationMethod):
         -------
         ndarray, shape (N, 3)
             Angles in rad; NaN at missing samples. Unlike in other methods, gaps keep their
-            duration, because the drift is linear in time; rotation during a gap becomes part of
-            the drift.
+            duration, because the drift is linear in time; rotation during a gap of the
+            gyroscope becomes part of the drift.
 
         Raises
         ------
@@ -161,11 +161,11 @@ class TwoPoint(OrientationMethod):
         gyroscope = self._integral.estimate(
             replace(
                 signals,
-                axis_rates_rad_s=np.where(there[:, None], rates, 0.0),
+                axis_rates_rad_s=np.where(np.isfinite(rates), rates, 0.0),
                 initial_angles_rad=tilt[there][0],
             )
         )
-        error = _short_way_round(gyroscope - tilt)
+        error = gyroscope - tilt
         at_start = self._mean_error(signals, "before", np.arange(start, -1, -1), error)
         at_stop = self._mean_error(signals, "after", np.arange(stop, len(error)), error)
         walk = np.arange(start, stop + 1)

@@ -4,6 +4,7 @@ from scipy import signal
 
 from narx.baselines.complementary_filter import ComplementaryFilter
 from narx.errors import UserError
+from narx.inference.stream import OrientationStream
 from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
 
@@ -117,3 +118,15 @@ def test_wrong_parameters_are_one_clear_line(parameters, message):
 def test_alpha_lies_between_zero_and_one(alpha):
     with pytest.raises(UserError, match="expected 0 < alpha < 1"):
         ComplementaryFilter.from_alpha(alpha, 100.0)
+
+
+@pytest.mark.parametrize("coupled", [True, False])
+def test_sample_by_sample_it_is_the_same(coupled):
+    rng = np.random.default_rng(2)
+    rates, force = rng.normal(size=(2, 200, 3))
+    method = ComplementaryFilter(1.0, coupled=coupled)
+    angles = method.estimate(SegmentSignals("thigh_right", 100.0, rates, force))
+    stream = OrientationStream(method, 100.0)
+    one_by_one = stream.update_block(np.hstack([rates, force])).angles_rad
+    np.testing.assert_allclose(one_by_one, angles, atol=1e-12)
+    assert (np.ptp(angles[:, :2], axis=0) > 0.2).all()

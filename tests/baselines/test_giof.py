@@ -2,10 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import butter
+from scipy.signal import butter, freqz
 
 from narx.baselines.giof import Giof, _Biquad
 from narx.errors import MethodNotApplicableError, UserError
+from narx.inference.stream import OrientationStream
+from narx.kinematics.segment_angles import coupled_rates
 from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
 
@@ -179,3 +181,49 @@ def test_offline_does_not_stream():
 def test_wrong_parameters_are_one_clear_line(parameters, message):
     with pytest.raises(UserError, match=message):
         Giof(**parameters)
+
+
+@pytest.mark.parametrize("low_pass_hz", [None, 10.0])
+def test_sample_by_sample_it_is_the_same(low_pass_hz):
+    """Rest of ten samples, broken by a fast backward swing, a fast forward one, and a push."""
+    n = 400
+    force = np.tile(GRAVITY_M_S2 * np.array([np.sin(0.5), 0.1, np.cos(0.5)]), (n, 1))
+    force *= GRAVITY_M_S2 / np.linalg.norm(force[0])
+    rates = np.zeros((n, 3))
+    rates[50:70, 0], rates[120:140, 1], force[200:220, 2] = -1.0, 1.0, 3.0
+    rates[231, 0] = 1.0  # after eleven samples of rest
+    method = Giof("real_time", low_pass_hz=low_pass_hz, static_offset_deg_s=[0.5, -0.3, 0.0])
+    angles = method.estimate(SegmentSignals("thigh_right", 100.0, rates, force))
+    stream = OrientationStream(method, 100.0)
+    one_by_one = stream.update_block(np.hstack([rates, force])).angles_rad
+    np.testing.assert_allclose(one_by_one, angles, atol=1e-12)
+    assert (np.ptp(angles[:, :2], axis=0) > 0.1).all()
+
+
+@pytest.mark.parametrize("frequency_hz", [3.0, 10.0, 30.0])
+def test_the_low_pass_is_a_second_order_butterworth(frequency_hz):
+    """Gain of the analog filter, at frequencies that the bilinear transform bends."""
+    low_pass = Giof("real_time", low_pass_hz=10.0)._butterworth(200.0)
+    _, gain = freqz(*low_pass, [frequency_hz], fs=200.0)
+    bent = np.tan(np.pi * frequency_hz / 200.0) / np.tan(np.pi * 10.0 / 200.0)
+    assert np.abs(gain) == pytest.approx(1.0 / np.sqrt(1.0 + bent**4))
+
+
+def test_offline_noise_of_ten_hertz_averages_to_nothing():
+    """The window is 0.1 s; integrated, the noise would have an amplitude of 1 / (2 pi 10) rad."""
+    time_s = np.arange(3000) / 1000.0
+    rates = np.tile(np.cos(2.0 * np.pi * 10.0 * time_s)[:, None], 3)
+    signals = SegmentSignals("thigh_right", 1000.0, rates, np.zeros((3000, 3)))
+    angles = Giof(offset_window_s=1.5).estimate(signals)[1000:2000, :2]
+    assert np.ptp(angles, axis=0).max() < 1e-4
+
+
+def test_offline_the_tilt_of_a_first_pass_couples_the_axes_once(motion):
+    turn = motion("half_turn", 100.0, 30.0).signals
+    alone = Giof(offset_window_s=1.5)
+    tilt = alone.estimate(turn)[:, :2]
+    rates = turn.axis_rates_rad_s
+    coupled = replace(turn, axis_rates_rad_s=coupled_rates(rates, np.c_[tilt, 0.0 * tilt[:, :1]]))
+    found = Giof(offset_window_s=1.5, coupled=True).estimate(turn)[:, :2]
+    np.testing.assert_allclose(found, alone.estimate(coupled)[:, :2], atol=1e-12)
+    assert np.abs(found - tilt).max() > 0.02

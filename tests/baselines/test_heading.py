@@ -5,6 +5,7 @@ from scipy.signal import lfilter
 from narx import baselines
 from narx.baselines.heading import Heading
 from narx.errors import MethodNotApplicableError, UserError
+from narx.inference.start_up import StartUp
 from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
 
@@ -78,6 +79,23 @@ def test_a_start_up_gives_the_posture_of_the_heading(motion):
     assert leaked.mean() == pytest.approx(0.4, abs=0.03)
     without = made("madgwick", heading="leak").estimate(signals)[3000:, 2]
     assert abs(without.mean()) < 0.05
+
+
+def test_after_the_start_up_the_later_changes_leak():
+    """By hand: the deviation at the hand-over decays, and each later change is added to it."""
+    rng = np.random.default_rng(0)
+    angles, rates = rng.normal(size=(2, 400, 3))
+    start_up, turned_in = StartUp(duration_s=1.0, averaging_s=0.5), np.array([0.0, 0.0, 0.4])
+    found = Heading("leak", 0.7).of(angles, rates, 0.01, turned_in, start_up)[:, 2]
+    state = start_up.begin(turned_in)
+    first = start_up.run(rates, 0.01, state)[:, 2]
+    posture, deviation, *_ = StartUp.hand_over(state, 0.01)
+    assert 100 <= len(first) < 150
+    expected, level = [*first], deviation[2]
+    for k in range(len(first), 400):
+        level = (level + angles[k, 2] - angles[k - 1, 2]) / (1.0 + 0.01 * 0.7)
+        expected.append(posture[2] + level)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", WITH_HEADING)

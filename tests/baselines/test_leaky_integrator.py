@@ -13,6 +13,7 @@ RATE_HZ = 100.0
 @pytest.fixture(scope="module")
 def signals():
     rates = 3.0 * np.random.default_rng(0).normal(size=(400, 3))
+    rates[100:200] *= np.geomspace(1.0, 0.01, 100)[:, None]  # comes to rest
     return SegmentSignals("thigh", RATE_HZ, rates, np.full((400, 3), np.nan))
 
 

@@ -17,6 +17,21 @@ def test_an_even_window_gives_its_ends_half_a_weight():
     )
 
 
+@pytest.mark.parametrize("window_s", [0.07, 0.0234, 0.1876])
+def test_the_samples_are_joined_by_straight_lines(window_s):
+    """Also where the window ends between two samples: the mean of a thousand points between."""
+    values = np.random.default_rng(3).normal(size=60)
+    half = 50.0 * window_s
+    expected = [
+        np.interp(
+            k + half * (np.arange(20_000) + 0.5) / 10_000 - half, np.arange(60), values
+        ).mean()
+        for k in range(10, 50)
+    ]
+    found = centred_moving_average(values, window_s, 100.0)[10:50]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
 def test_a_sinusoid_over_whole_periods_vanishes_and_one_over_part_is_a_sinc():
     t = np.arange(4001) / 1000.0
     sine = np.sin(2 * np.pi * 2.0 * t)

@@ -32,6 +32,10 @@ def test_a_counted_float_counts_and_calculates():
     assert counts["divisions"] == 1
     assert counts["arctangents"] == 1
     assert counts["comparisons"] == 3
+    before = counts.copy()
+    # a change of sign is not an operation
+    assert (float(-a), float(abs(b))) == (-3.0, 4.0)
+    assert counts == before
 
 
 @pytest.fixture

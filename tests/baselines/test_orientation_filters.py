@@ -10,6 +10,7 @@ import narx.baselines.parameters
 from narx import baselines
 from narx.baselines.orientation_filter import AnglesOneByOne
 from narx.errors import MethodNotApplicableError, UserError
+from narx.inference.stream import OrientationStream
 from narx.kinematics.segment_angles import angles_from_orientation, axis_rates, gyroscope_xyz
 
 METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
@@ -50,12 +51,22 @@ def test_vqf_is_vqf(noisy, offline):
     assert_same_angles(METHODS["vqf"](offline=offline).estimate(noisy), result["quat6D"])
 
 
-def test_vqf_parameters_reach_the_library(noisy):
+@pytest.mark.parametrize(("motion_bias", "rest_bias"), [(False, False), (True, False)])
+def test_vqf_parameters_reach_the_library(noisy, motion_bias, rest_bias):
     vqf = pytest.importorskip("vqf")
-    direct = vqf.VQF(0.01, tauAcc=0.7, motionBiasEstEnabled=False, restBiasEstEnabled=False)
+    direct = vqf.VQF(
+        0.01, tauAcc=0.7, motionBiasEstEnabled=motion_bias, restBiasEstEnabled=rest_bias
+    )
     result = direct.updateBatch(gyroscope_xyz(noisy.axis_rates_rad_s), noisy.specific_force_m_s2)
-    method = METHODS["vqf"](tau_acc_s=0.7, motion_bias_estimation=False, rest_bias_estimation=False)
-    assert_same_angles(method.estimate(noisy), result["quat6D"])
+    method = METHODS["vqf"](
+        tau_acc_s=0.7, motion_bias_estimation=motion_bias, rest_bias_estimation=rest_bias
+    )
+    angles = method.estimate(noisy)
+    assert_same_angles(angles, result["quat6D"])
+    inputs = np.hstack([noisy.axis_rates_rad_s, noisy.specific_force_m_s2])
+    one_by_one = OrientationStream(method, 100.0).update_block(inputs).angles_rad
+    # as often half a turn away as the heading of one sample is
+    np.testing.assert_allclose(np.sin(one_by_one), np.sin(angles), atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -89,6 +100,9 @@ def test_ahrs_starts_from_known_angles(motion, name):
     signals = motion("still", duration_s=1.0).changed(initial_angles_rad=start).signals
     angles = METHODS[name]().estimate(signals)
     np.testing.assert_allclose(angles[0], start, atol=1e-12)
+    stream = OrientationStream(METHODS[name](), signals.sampling_rate_hz, initial_angles_rad=start)
+    inputs = np.hstack([signals.axis_rates_rad_s, signals.specific_force_m_s2])
+    np.testing.assert_allclose(stream.update_block(inputs).angles_rad, angles, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["vqf", "madgwick", "mahony"])

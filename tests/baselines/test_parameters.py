@@ -7,6 +7,7 @@ import math
 import pytest
 
 from narx import baselines
+from narx.baselines.parameters import positive
 from narx.errors import UserError
 
 METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
@@ -26,3 +27,9 @@ def test_a_number_that_cannot_be_is_named(name, parameter, value):
     with pytest.raises(UserError, match=rf"\b{parameter} is {value}, expected") as refusal:
         METHODS[name](**{parameter: value})
     assert "\n" not in str(refusal.value)
+
+
+def test_a_positive_number_is_not_zero():
+    with pytest.raises(UserError, match=r"leak is 0\.0, expected a positive number"):
+        positive("narx", "leak", 0.0)
+    assert positive("narx", "leak", 1e-300) == 1e-300

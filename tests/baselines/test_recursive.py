@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 from narx import baselines
 from narx.baselines.recursive import RecursiveMethod
 from narx.errors import MethodNotApplicableError, UserError
+from narx.inference.stream import OrientationStream
 from narx.kinematics.segment_angles import coupled_rates
 
 METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
@@ -81,6 +82,30 @@ def test_a_start_up_adds_the_mean_angle_of_a_known_start(motion, name):
     method = METHODS[name](start_up=True, **({"axes": ["sagittal"]} if name in AXES else {}))
     first = method.estimate(signals)[:1200, 0]
     np.testing.assert_allclose(first, walk.angles_rad[:1200, 0] + 0.3, atol=0.02)
+
+
+@pytest.mark.parametrize("name", RECURSIVE)
+@pytest.mark.parametrize("coupled", [True, False])
+def test_sample_by_sample_it_is_the_same(motion, name, coupled):
+    """With a posture that the start-up finds, and with what the method looks for in the data."""
+    lean = np.array([0.4, -0.2, 0.3])
+    signals = motion("half_turn", duration_s=30.0).changed(initial_angles_rad=lean).signals
+    own = {"giof": {"mode": "real_time"}, "pseudo_integrator": {"frequency": "following"}}
+    start_up = {"duration_s": 6.0, "averaging_s": 4.0}
+    method = METHODS[name](start_up=start_up, washout_s=20.0, coupled=coupled, **own.get(name, {}))
+    stream = OrientationStream(method, 100.0, initial_angles_rad=lean)
+    columns = [signals.axis_rates_rad_s]
+    columns += [signals.specific_force_m_s2] if method.needs_accelerometer else []
+    found = stream.update_block(np.hstack(columns)).angles_rad
+    np.testing.assert_allclose(found, method.estimate(signals), atol=1e-9)
+
+
+def test_axes_that_are_not_wanted_are_missing_in_the_start_up_too(motion):
+    signals = motion("walking", duration_s=20.0).signals
+    method = METHODS["complementary_filter"](axes=["frontal"], start_up=True)
+    angles = method.estimate(signals)
+    assert np.isnan(angles[:, [0, 2]]).all()
+    assert np.isfinite(angles[:, 1]).all()
 
 
 AXES = ("complementary_filter", "giof")

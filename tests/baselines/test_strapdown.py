@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 from narx.baselines.gyro_integration import GyroIntegration
 from narx.baselines.strapdown import Strapdown
 from narx.errors import UserError
+from narx.inference.stream import OrientationStream
 from narx.kinematics.segment_angles import angles_from_orientation
 from narx.method import SegmentSignals
 
@@ -31,6 +32,19 @@ def test_the_heading_starts_where_it_was_even_beyond_half_a_turn():
     start = np.array([0.1, 0.2, 7.5])
     signals = SegmentSignals("s", 100.0, np.zeros((5, 3)), np.zeros((5, 3)), start)
     np.testing.assert_allclose(Strapdown().estimate(signals), np.tile(start, (5, 1)), atol=1e-12)
+
+
+@pytest.mark.parametrize("rule", ["trapezoid", "rectangle"])
+def test_sample_by_sample_it_is_the_same_beyond_half_a_turn(rule):
+    """Two and a half turns to one side and back, with some tilt."""
+    time_s = np.arange(800) / 100.0
+    rates = np.stack([0.3 * np.sin(time_s), 0.2 * np.cos(time_s), 4.0 * np.sin(time_s)], axis=1)
+    start = np.array([0.1, -0.2, 3.0])
+    signals = SegmentSignals("s", 100.0, rates, np.zeros((800, 3)), start)
+    angles = Strapdown(rule).estimate(signals)
+    assert np.ptp(angles[:, 2]) > 7.0
+    stream = OrientationStream(Strapdown(rule), 100.0, initial_angles_rad=start)
+    np.testing.assert_allclose(stream.update_block(rates).angles_rad, angles, atol=1e-9)
 
 
 def test_a_wrong_rule_is_one_clear_line():

@@ -1,5 +1,7 @@
 """A tracker around the leaky integrator and the integrated gyroscope."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -74,7 +76,11 @@ def test_it_finds_a_bias_that_a_start_up_leaves_in(signals, truth):
     ],
 )
 def test_samples_one_by_one_and_missing_ones(signals, method, leak):
-    assert leak_rad_s(method._linear(RATE_HZ)) == pytest.approx(leak)
+    linear = method._linear(RATE_HZ)
+    assert leak_rad_s(linear) == pytest.approx(leak)
+    # newest first: a rectangle is of the present rate
+    present = 0.02 if getattr(method, "rule", "") == "rectangle" else 0.01 / (1.0 + 0.02 * leak)
+    assert linear.inputs[0] == pytest.approx(present)
     rates = signals.axis_rates_rad_s.copy()
     rates[500:530] = np.nan
     gappy = SegmentSignals("thigh", RATE_HZ, rates, signals.specific_force_m_s2)
@@ -85,6 +91,13 @@ def test_samples_one_by_one_and_missing_ones(signals, method, leak):
         recursion.advance(part, np.array([0, len(part)]))[0] for part in np.array_split(rates, 40)
     ]
     np.testing.assert_array_equal(np.concatenate(parts), whole)
+
+
+def test_it_begins_at_a_known_start(signals):
+    start = np.array([0.4, -0.1, 0.3])
+    known = replace(signals, initial_angles_rad=start)
+    first = LeakyIntegrator(0.2, coupled=True, tracker=True).estimate(known)[0]
+    np.testing.assert_allclose(first, start, atol=0.04)
 
 
 def test_both_directions_need_the_whole_recording(signals, truth):

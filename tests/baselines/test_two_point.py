@@ -155,6 +155,20 @@ def test_a_gap_inside_the_walk_keeps_its_length(walk):
     assert np.rad2deg(np.nanmax(np.abs(parts.angles_rad - whole.angles_rad))) < 7.0
 
 
+def test_without_the_accelerometer_the_rotation_in_the_walk_is_kept(walk):
+    force = walk.signals.specific_force_m_s2.copy()
+    force[900:905] = np.nan
+    angles = TwoPoint().estimate(replace(walk.signals, specific_force_m_s2=force))
+    assert np.isnan(angles[900:905]).all()
+    rest = np.r_[0:900, 905:2000]
+    np.testing.assert_allclose(angles[rest], TwoPoint().estimate(walk.signals)[rest], atol=1e-12)
+
+
+def test_a_walk_may_end_with_the_recording(walk):
+    last_s = (walk.signals.n_samples - 1) / 100.0
+    assert TwoPoint(4.0, last_s).parts(walk.signals).stop == walk.signals.n_samples - 1
+
+
 def test_missing_standing_is_refused(walk):
     force = walk.signals.specific_force_m_s2.copy()
     force[:500] = np.nan
@@ -175,6 +189,21 @@ def test_a_recording_that_stands_still_throughout_is_tilt(motion):
 def test_it_needs_the_whole_recording():
     with pytest.raises(MethodNotApplicableError, match="two_point needs the whole recording"):
         TwoPoint().recursion(100.0, 1, None)
+
+
+def test_a_tilt_that_wraps_while_standing_makes_no_step_where_the_walk_begins():
+    """A sensor upside down: its tilt passes half a turn before the walk."""
+    time_s = np.arange(1200) / 100.0
+    tilt = np.pi + 0.05 * np.clip(time_s - 3.7, -0.2, 0.2)
+    walking = (time_s > 4.0) & (time_s < 8.0)
+    tilt += 0.3 * walking * np.sin(2.0 * np.pi * time_s)
+    rates = np.zeros((1200, 3))
+    rates[:, 0] = np.gradient(tilt, 0.01)
+    force = GRAVITY_M_S2 * np.stack([np.sin(tilt), 0.0 * tilt, np.cos(tilt)], axis=1)
+    parts = TwoPoint().parts(SegmentSignals("thigh_right", 100.0, rates, force))
+    assert 390 < parts.start < 420
+    around = parts.angles_rad[parts.start - 5 : parts.start + 5, 0]
+    assert np.abs(np.diff(around)).max() < 0.1
 
 
 def test_the_integral_starts_from_the_tilt_of_the_first_sample(motion):

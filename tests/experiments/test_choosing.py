@@ -88,6 +88,47 @@ def test_offset_free_takes_the_mean_error_off(prepare):
         assert error_rad == pytest.approx(expected, abs=1e-9)
 
 
+def error_rad(prepare, *parts, weights=BOTH, validation=()):
+    training = TrainingPart(Fold("f", parts, (), validation), prepare, 5.0)
+    return training.error_rad(LeakyIntegrator(0.5), weights, False)
+
+
+def test_whole_turns_are_not_errors(prepare):
+    def turned(wanted):
+        trial, calibrated = prepare(wanted)
+        calibrated["thigh_right"].reference_angles_rad += 2.0 * np.pi + 0.1
+        return trial, calibrated
+
+    assert error_rad(turned, part("0.5", 5.0, 30.0)) == pytest.approx(0.1)
+
+
+def test_only_scored_samples_of_the_parts_count(prepare):
+    """Spoiled before 5 s, from 20 to 25 s, and where the trial says so."""
+
+    def spoiled(wanted):
+        trial, calibrated = prepare(wanted)
+        angles = calibrated["thigh_right"].reference_angles_rad
+        wrong = (trial.time_s < 5.0) | ((trial.time_s >= 20.0) & (trial.time_s < 25.0))
+        wrong |= (trial.time_s >= 10.0) & (trial.time_s < 11.0)
+        angles[wrong] += 1.0
+        trial.scored = (trial.time_s < 10.0) | (trial.time_s >= 11.0)
+        return trial, calibrated
+
+    parts = part("0.5", 0.0, 20.0), part("0.5", 25.0, 30.0)
+    assert error_rad(spoiled, *parts) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_part_for_validation_is_training_too(prepare):
+    one, other = part("0.5", 5.0, 30.0), part("2.0", 5.0, 30.0)
+    assert error_rad(prepare, one, validation=(other,)) == error_rad(prepare, one, other)
+
+
+def test_the_weight_of_an_axis_multiplies_its_square(prepare):
+    one = part("2.0", 5.0, 30.0)
+    once = error_rad(prepare, one, weights=(1.0, 0.0, 0.0))
+    assert error_rad(prepare, one, weights=(9.0, 0.0, 0.0)) == pytest.approx(3.0 * once)
+
+
 def test_without_a_reference_nothing_is_chosen(prepare):
     def blind(wanted):
         trial, calibrated = prepare(wanted)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,24 @@ def test_a_hidden_marker_invalidates_only_its_cycle(walk):
     knee.reference_rad[knee.time_s.searchsorted(10.0)] = np.nan
     cycles = gait_cycles(trial, knee, None)
     assert (cycles.compared, cycles.complete) == (17, 16)
+
+
+def test_a_sample_belongs_to_the_cycle_that_it_begins(walk):
+    """Contacts count from the trial's first sample; one after the end begins no cycle."""
+    trial, knee = walk
+    object.__setattr__(trial, "events", {"heel_strike_right": [*np.arange(0.5, 20.0), 25.0]})
+    knee.reference_rad[knee.time_s.searchsorted(19.5)] = np.nan
+    cycles = gait_cycles(trial, knee, None)
+    assert (cycles.compared, cycles.complete) == (17, 17)
+    knee.reference_rad[knee.time_s.searchsorted(2.2)] = np.nan  # scored, but before a contact
+    assert gait_cycles(trial, knee, None) == cycles
+    knee.reference_rad[knee.time_s.searchsorted(2.5)] = np.nan
+    assert gait_cycles(trial, knee, None).complete == 16
+    object.__setattr__(trial, "imus", {
+        name: replace(imu, time_s=imu.time_s + 100.0) for name, imu in trial.imus.items()
+    })  # fmt: skip
+    object.__setattr__(trial, "events", {"heel_strike_right": np.arange(100.5, 120.0)})
+    assert gait_cycles(trial, knee, None).complete == 16
 
 
 def test_contacts_are_found_where_the_trial_does_not_know_them():

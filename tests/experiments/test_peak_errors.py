@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from narx.errors import MethodNotApplicableError
-from narx.experiments.peak_errors import peak_errors, swing, swing_results
+from narx.experiments.peak_errors import Swing, _peaks, peak_errors, swing, swing_results
 
 
 @pytest.fixture
@@ -60,6 +60,58 @@ def test_too_short_a_walk_is_refused(make_walk):
     still.reference_rad[:] = np.nan
     with pytest.raises(MethodNotApplicableError, match="0 minima"):
         swing(still, "giof")
+
+
+def test_it_begins_and_ends_at_a_minimum(walk):
+    angle = swing(walk, "giof").reference_deg
+    assert angle[0] < angle[1]
+    assert angle[-1] < angle[-2]
+
+
+def _zigzag(*corners, corner_s=0.3):
+    """Straight lines between corners, one every 0.3 s, at 1000 Hz."""
+    n = round(1000 * corner_s)
+    return np.interp(np.arange(n * (len(corners) - 1) + 1), n * np.arange(len(corners)), corners)
+
+
+@pytest.mark.parametrize(("frequency_hz", "expected"), [(1.6, 16), (2.4, 12)])
+def test_peaks_are_at_least_half_a_second_apart(frequency_hz, expected):
+    """All of a run at 1.6 strides a second, and every second one of a faster oscillation."""
+    time_s = np.arange(10_000) / 1000.0
+    wave = np.sin(2.0 * np.pi * frequency_hz * time_s)
+    assert len(_peaks(wave, "positive")) == pytest.approx(expected, abs=1)
+
+
+@pytest.mark.parametrize(("prominence", "counts"), [(2.0, False), (4.0, True)])
+def test_a_ripple_below_a_third_of_the_range_is_no_peak(prominence, counts):
+    angle = _zigzag(0, 10, 0, prominence, 0, 10, 0)
+    assert len(_peaks(angle, "positive")) == 2 + counts
+    assert len(_peaks(-angle, "negative")) == 2 + counts
+
+
+def test_the_range_does_not_count_a_single_spike():
+    angle = np.concatenate([_zigzag(*[0, 10] * 8, 0), np.zeros(600)])
+    angle[-300] = 60.0
+    assert len(_peaks(angle, "positive")) == 9
+
+
+@pytest.mark.parametrize(("late_s", "pairs"), [(0.24, 2), (0.26, 0)])
+def test_a_peak_a_quarter_of_a_second_later_is_another_one(late_s, pairs):
+    reference = _zigzag(0, 0, 0, 10, 0, 0, 0, 10, 0, 0, 0)
+    time_s = np.arange(len(reference)) / 1000.0
+    late = np.interp(time_s - late_s, time_s, 0.5 * reference)
+    peaks = peak_errors(Swing(time_s, reference, late))
+    peaks = peaks[peaks["peak"] == "positive"]
+    assert len(peaks) == pairs
+    np.testing.assert_allclose(peaks["lag_s"], late_s)
+    np.testing.assert_allclose(peaks["error_deg"], 5.0)
+
+
+def test_one_peak_is_not_the_estimate_of_two():
+    reference = _zigzag(0, 10, 0, 10, 0, corner_s=0.25)
+    estimate = _zigzag(0, 0, 10, 0, 0, corner_s=0.25)
+    peaks = peak_errors(Swing(np.arange(len(reference)) / 1000.0, reference, estimate))
+    assert (peaks["peak"] == "positive").sum() == 1
 
 
 def test_trials_without_results_are_listed(make_walk):

@@ -43,6 +43,13 @@ def test_points_are_compared_with_the_events_of_the_right_foot(phases):
     pd.testing.assert_frame_equal(event_errors(phases, mirrored, "left"), errors)
 
 
+def test_an_event_0_3_s_away_is_another_one(phases):
+    events = {"heel_strike_right": [1.29, 1.69, 3.31]}
+    errors = event_errors(phases, events, "right")
+    found = errors.loc[errors["point"] == "b", "error_s"]
+    np.testing.assert_allclose(found, [-0.29, np.nan, np.nan])
+
+
 def test_the_clock_of_the_events_may_start_elsewhere(phases):
     errors = event_errors(phases, {"heel_strike_right": [101.0, 102.0, 103.0]}, "right", 100.0)
     np.testing.assert_allclose(errors.loc[errors["point"] == "b", "error_s"], 0.0, atol=1e-12)

@@ -24,7 +24,11 @@ def test_the_subject_is_the_unit(results):
     assert (row["n"], row["n_trials"]) == (5, 15)
     test = paired_test(means["pseudo_integrator"], means["narx"])
     np.testing.assert_allclose([row["difference"], row["p"]], [test.difference, test.p_permutation])
+    assert row["p_wilcoxon"] == test.p_wilcoxon
     assert row["smallest_p"] == 0.0625
+    assert row["sd"] == pytest.approx(means["pseudo_integrator"].std(ddof=1))
+    lags = here[here["method"] == "pseudo_integrator"].groupby("subject")["lag_ms"].mean()
+    assert row["lag_ms"] == pytest.approx(lags.mean())
     assert np.isnan(frame.loc[("knee", "frontal", "narx"), "p"])
     assert frame.loc[("knee", "transverse", "complementary_filter"), "n"] == 0
 

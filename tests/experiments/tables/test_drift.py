@@ -81,6 +81,8 @@ def test_growth_over_people(walks):
     np.testing.assert_allclose(
         [shrunk["first"], shrunk["last"]], [grown["last"], grown["first"]], rtol=0.02
     )
+    steady = frame.loc[("knee", "frontal", "PI")]
+    assert int(steady["shrinks"].split()[0]) <= 2
     assert "Drift: RMSE (°) in the first and the last 5 minutes" in table.to_markdown()
 
 

@@ -30,6 +30,10 @@ def test_conditions_are_rows_and_trials_a_range():
     assert walk["trials, 95 %"] == "65 to 100"
     assert hand["within 68 % band"] == pytest.approx(100 * 0.9945 / 12, abs=0.2)
     assert len(frame) == 6
+    # root mean squares of a uniform distribution within +-3, +-1.5 and +-12
+    assert walk["factor needed"] == pytest.approx(np.sqrt((9 + 1.5**2) / 2 / 3), rel=0.01)
+    assert hand["factor needed"] == pytest.approx(12 / np.sqrt(3), rel=0.01)
+    assert walk["predicted SD (°)"] == pytest.approx(np.degrees(0.01))
 
 
 def test_without_a_prediction_there_is_no_table():

@@ -54,6 +54,13 @@ def test_a_window_is_not_longer_than_the_recording(seconds, window):
         assert f"from the quietest {window} removed" in note
 
 
+def test_a_window_as_long_as_the_recording_is_searched():
+    time_s = np.arange(64) / 64.0
+    one = ImuRecording("imu", time_s, np.zeros((64, 3)), np.full((64, 3), np.nan))
+    assert one.n_samples / one.sampling_rate_hz == 1.0
+    assert "from the quietest 1 s removed" in remove_static_bias(one, True, None, "x")[1]
+
+
 @pytest.mark.parametrize(("mean_deg_s", "missing", "message"), [
     (19.0, 9, None), (21.0, 0, "turns by 21 deg/s in the first 0.2 s"),
     (0.0, 12, r"the gyroscope's first 0\.12 s are missing"),

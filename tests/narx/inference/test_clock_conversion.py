@@ -49,6 +49,26 @@ def test_a_slow_recording_has_no_gaps():
     time = np.arange(50) / 10.0
     conversion = ClockConversion(time, 0.05, "x")
     assert np.isfinite(conversion.to_clock(wave(time))).all()
+    uneven = time + np.random.default_rng(2).uniform(-0.01, 0.01, size=50)
+    assert np.isfinite(ClockConversion(uneven, 0.05, "x").to_clock(wave(uneven))).all()
+
+
+def test_the_tick_of_a_sample_is_the_nearest():
+    uneven = 3.7 + np.arange(300) / 50.0 + np.random.default_rng(3).uniform(-0.009, 0.009, 300)
+    conversion = ClockConversion(uneven, 0.05, "x")
+    away = np.abs(uneven[:, None] - conversion.clock_s)
+    np.testing.assert_array_equal(conversion.nearest_ticks(), away.argmin(axis=1))
+    assert (np.diff(conversion.nearest_ticks()) != 1).any()
+
+
+def test_values_before_and_after_a_missing_tick_do_not_affect_each_other():
+    """A jump in a pause, such as that of a quality, does not ring in the samples beside it."""
+    time = np.arange(100) / 100.0 + np.random.default_rng(4).uniform(-0.002, 0.002, 100)
+    conversion = ClockConversion(time, 0.05, "x")
+    step = np.where(np.arange(100) < 50, 0.0, 1.0)[:, None]
+    step[50] = np.nan
+    found = conversion.to_samples(step, np.ones(100, dtype=bool))[:, 0]
+    np.testing.assert_allclose(found, found.round(), atol=1e-12)
 
 
 @pytest.mark.parametrize("n", [0, 1])

@@ -84,6 +84,33 @@ def test_only_a_dominant_axis_of_a_fast_swing_is_judged(share, rms_deg_s, found)
     assert bool(_note(rate)) == (found == "a note")
 
 
+def _swing_about_x(n_samples, share=1.0):
+    """A swing mostly about x, and noise that takes the rest of its power."""
+    phase = 2.0 * np.pi * 0.9 * np.arange(n_samples)[:, None] / 50.0
+    swing = np.sqrt(2.0) * np.sin(phase * [1, 2, 3])
+    noise = np.random.default_rng(0).normal(size=swing.shape)
+    both = np.sqrt(share) * swing + np.sqrt(1.0 - share) * noise
+    return np.radians(90.0) * np.sqrt([0.8, 0.1, 0.1]) * both
+
+
+@pytest.mark.parametrize(("n_samples", "judged"), [(245, False), (255, True)])
+def test_five_seconds_of_walking_are_judged(n_samples, judged):
+    assert bool(_note(_swing_about_x(n_samples), is_assumed=False)) == judged
+
+
+# a periodicity of 0.23 and of 0.39; the recorded walks begin at 0.33
+@pytest.mark.parametrize(("share", "judged"), [(0.1, False), (0.2, True)])
+def test_only_a_periodic_swing_is_judged(share, judged):
+    assert bool(_note(_swing_about_x(2000, share), is_assumed=False)) == judged
+
+
+@pytest.mark.parametrize(("period_s", "periodicity"), [(2.4, 1.0), (2.6, 0.0)])
+def test_strides_last_up_to_two_and_a_half_seconds(period_s, periodicity):
+    pulse = np.zeros(round(50.0 * period_s))
+    pulse[:3] = [1.0, 2.0, 1.0]
+    assert _periodicity(np.tile(pulse, 6), 50.0) == pytest.approx(periodicity, abs=1e-9)
+
+
 def test_a_reversed_axis_is_noted(walk):
     (note,) = _note(_turned(walk, "z", 180.0))
     assert "as if y pointed to the right" in note

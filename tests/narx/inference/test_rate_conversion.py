@@ -51,6 +51,22 @@ def test_same_rate_keeps_samples_but_for_the_noise_above_half_of_it(rate_hz):
     np.testing.assert_allclose(ticks[1:-1], straight[1:-1], atol=1e-12)
 
 
+def test_a_constant_rate_is_constant_up_to_both_ends():
+    """Before the first sample and after the last, the rate is that of the nearest one."""
+    ticks = RateConversion(np.full((60, 1), 2.0), 60.0, 25.0).network_rates_rad_s
+    np.testing.assert_allclose(ticks, 2.0, rtol=1e-12)
+    ramp = np.arange(60.0)[:, None]
+    ticks = RateConversion(ramp, 60.0, 60.0).network_rates_rad_s
+    # half of an end's tick has the rate of the end, the other half its mean with the neighbour
+    np.testing.assert_allclose(ticks[[0, -1], 0], [0.25, 58.75])
+
+
+@pytest.mark.parametrize("rate_hz", [29.7, 94.3, 148.0])
+def test_the_last_sample_has_a_tick_whatever_the_rounding(rate_hz):
+    for n in range(1, 200):
+        assert len(RateConversion(np.ones((n, 1)), rate_hz, rate_hz).network_rates_rad_s) == n
+
+
 @pytest.mark.parametrize("n", [0, 1, 2])
 def test_very_short_recordings(n):
     conversion = RateConversion(np.ones((n, 3)), 100.0, 500.0)

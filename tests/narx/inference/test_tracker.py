@@ -463,6 +463,19 @@ def test_another_sampling_rate_gives_the_same_angles():
     assert np.isnan(found[2000:2100]).all()
     difference = np.degrees(found[::2] - method.estimate(signals))[:, :2]
     assert np.nanmax(np.abs(difference[500:1000])) < 0.5
+    # the gap is as long at the network's rate
+    lost = rates.copy()
+    lost[1000:1050] = np.nan
+    native = method.run(replace(signals, axis_rates_rad_s=lost, specific_force_m_s2=lost))
+    other = method.run(SegmentSignals("thigh", 2 * RATE_HZ, finer, np.full_like(finer, np.nan)))
+    shown = slice(1300, 2900)
+    difference = np.degrees(other.angles_rad[::2] - native.angles_rad)[shown, :2]
+    assert np.abs(difference).max() < 1.5
+    for name in ("starting", "quality"):
+        same = getattr(other, name)[::2] == getattr(native, name)
+        assert same[shown].mean() > 0.99
+        assert same[:1000].mean() > 0.99
+    np.testing.assert_allclose(other.std_rad[::2][shown], native.std_rad[shown], rtol=0.2)
 
 
 def test_it_streams_at_its_own_rate_only():
