@@ -102,9 +102,37 @@ def test_differences_from_the_network_are_over_subjects(make_study):
     difference = (by["pseudo_integrator"] - by["narx"]).mean()
     row = table.frame.loc[("frontal", "as printed", "PI")]
     assert row["less NARX"] == pytest.approx(difference)
-    assert row["better than NARX"].endswith("of 7")
-    few = Source("S", "c", "knee", "rmse_deg", source.means[source.means["subject"] < "S3"], (), "")
-    assert against_network(few) is None
+    better = int((by["pseudo_integrator"] < by["narx"]).sum())
+    assert row["better than NARX"] == f"{better} of 7"
+    for n_subjects, tested in ((5, False), (6, True)):
+        few = source.means[source.means["subject"] < f"S{n_subjects}"]
+        table = against_network(Source("S", "c", "knee", "rmse_deg", few, (), ""))
+        assert (table is not None) == tested
+
+
+def test_a_mean_is_over_motions_not_over_people(make_study):
+    """Of a motion with one person and one with three, both count alike."""
+    results = results_table(row for one in make_study() for row in rows(one))
+    results = results[(results["condition"] == "slow") | (results["subject"] == "S1")]
+    results.loc[results["condition"] == "slow", "rmse_deg"] += 2.0
+    means = subject_condition_means(results)
+    source = Source("S", "c", "knee", "rmse_deg", means, (), "m")
+    row = by_motion(source, "same ingredients").frame.loc[("sagittal", "NARX")]
+    assert row["mean"] == pytest.approx(row[["slow", "normal", "fast"]].mean())
+
+
+def test_a_person_has_the_mean_of_trials_and_sides_that_were_scored(make_study):
+    results = results_table(row for one in make_study() for row in rows(one))
+    one = results[results["segment"] == "knee_right"].iloc[[0]]
+    keys = ["subject", "condition", "axis", "method"]
+    same = (results[keys] == one[keys].iloc[0]).all(axis=1)
+    same &= results["segment"].str.startswith("knee")
+    more = one.assign(trial="2", rmse_deg=9.0), one.assign(trial="3", rmse_deg=99.0, n_samples=0)
+    means = subject_condition_means(pd.concat([results, *more], ignore_index=True))
+    found = means[(means[keys] == one[keys].iloc[0]).all(axis=1) & (means["segment"] == "knee")]
+    scored = [*results.loc[same, "rmse_deg"], 9.0]
+    assert found["rmse_deg"].item() == pytest.approx(np.mean(scored))
+    assert found["n_trials"].item() == len(scored) == 3
 
 
 def test_words_have_the_numbers_of_the_table(source):

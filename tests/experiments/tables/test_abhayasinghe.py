@@ -49,6 +49,16 @@ def test_methods_side_by_side(compared):
     error = peaks.loc[(peaks["method"] == "giof") & (peaks["peak"] == "positive"), "error_deg"]
     np.testing.assert_allclose(frame.loc["GIOF", "RMSE positive peaks"], np.sqrt((error**2).mean()))
     assert frame.loc["paper, GIOF", "RMSE negative peaks"] == 2.4967
+    mine = trials[trials["method"] == "giof"]
+    assert frame.loc["GIOF", "bias"] == pytest.approx(mine["bias_deg"].mean())
+    assert frame.loc["GIOF", "SD of error"] == pytest.approx(mine["precision_deg"].mean())
+    assert frame.loc["GIOF", "RMSE SD"] == pytest.approx(mine["rmse_deg"].std(ddof=1))
+
+
+def test_people_of_two_data_sets_with_one_name_are_two(compared):
+    trials = compared[0]
+    both = pd.concat([trials, trials.assign(dataset="other")], ignore_index=True)
+    assert correlation_table(both).frame["No. of Subjects"].tolist() == [2, 4, 6]
 
 
 def test_operations():
@@ -69,4 +79,7 @@ def test_phases_as_printed_and_as_measured():
     phases, points = (table.frame for table in phase_tables(durations, timing))
     np.testing.assert_allclose(phases.loc["f–g", "share of stride (%)"], 35.0)
     np.testing.assert_allclose(points.loc["b", "mean error (ms)"], 20.0)
+    # of two values the standard deviation is the difference by the root of two
+    assert phases.loc["f–g", "SD (%)"] == pytest.approx(10.0 / np.sqrt(2.0))
+    assert points.loc["b", "SD (ms)"] == pytest.approx(20.0 / np.sqrt(2.0))
     assert points.loc["e", "n"] == 0

@@ -44,6 +44,13 @@ def test_figures_by_hand(results):
     np.testing.assert_allclose(overall.astype(float), sum(p.astype(float) for p in parts) / 2)
 
 
+def test_a_trial_without_samples_is_not_counted(results):
+    assert "Mean over 6 trials" in han_tables(results)[0].note
+    first = (results["subject"] == "S1") & (results["condition"] == "normal")
+    results.loc[first, "n_samples"] = 0
+    assert "Mean over 5 trials" in han_tables(results)[0].note
+
+
 def test_missing_thigh_and_shank_is_reported(results):
     with pytest.raises(UserError, match="results hold knee_left, expected one of these"):
         han_tables(results[results["segment"] == "knee_left"])

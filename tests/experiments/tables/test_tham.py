@@ -79,6 +79,27 @@ def test_missing_knee_is_reported(results):
         tham_tables(results[results["segment"] == "thigh_right"], 5.0)
 
 
+def test_demographics_have_the_sample_standard_deviation():
+    frame = demographics_table([{"subject": "x", "mass_kg": 50}, {"subject": "y", "mass_kg": 56}])
+    frame = frame.frame.set_index("Subject")
+    assert frame.loc["mean", "Mass (kg)"] == 53.0
+    assert frame.loc["SD", "Mass (kg)"] == pytest.approx(6.0 / np.sqrt(2.0))
+
+
+@pytest.mark.parametrize(
+    ("more", "mean_below", "interval_below"),
+    [(-1.5, True, True), (0.0, True, False), (0.3, False, False)],
+)
+def test_below_print_is_the_mean_and_the_upper_end(make_study, more, mean_below, interval_below):
+    """Print has 2.7 degrees; the people's means are 2.0, 2.2, 2.4 and 3.6, and more."""
+    people = {"S1": 2.0, "S2": 2.2, "S3": 2.4, "S4": 3.6}
+    results = results_table(row for e in make_study(tuple(people)) for row in rows(e))
+    results["rmse_deg"] = results["subject"].map(people) + more
+    row = interval_table(results).frame.loc[("sagittal", "Normal")]
+    assert row["RMSE"] == pytest.approx(2.55 + more)
+    assert (row["mean below"], row["interval below"]) == (mean_below, interval_below)
+
+
 def test_demographics_with_gaps():
     frame = demographics_table([{"subject": "x", "mass_kg": 50}, {"subject": "y"}]).frame
     assert frame["Mass (kg)"].iloc[2] == 50
