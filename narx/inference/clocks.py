@@ -48,7 +48,7 @@ class ClockConversion:
         duration_s = float(time_s[-1] - time_s[0])
         intervals = max(1, round(duration_s / interval_s))
         self._time_s = time_s
-        self._max_gap_s = max(max_gap_s, 1.5 * interval_s)
+        self._max_gap_s = max_gap_s
         self.clock_s = np.linspace(time_s[0], time_s[-1], intervals + 1)
         self.sampling_rate_hz = intervals / duration_s
 
