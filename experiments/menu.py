@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig, ListConfig, OmegaConf
 
 _CONFIGS = Path(__file__).parents[1] / "configs"
 # the only experiment without walks to train on
@@ -89,16 +89,22 @@ def _keys() -> str:
     parts = [_body(path)]
     if _has_presets(path):
         parts.append(_body(_CONFIGS / "common.yaml"))
-    for group, choice in hydra.runtime.choices.items():
-        for option in [choice] if isinstance(choice, str) else choice or []:
-            path = _CONFIGS / str(group) / f"{option}.yaml"
-            if not str(group).startswith("hydra") and (body := _body(path)):
-                parts.append(f"# {group}={option}\n{_indented(body, str(group))}")
+    choices = dict(hydra.runtime.choices)
+    for entry in OmegaConf.load(path).defaults:  # Hydra records no choice of several options
+        if isinstance(entry, DictConfig):
+            choices |= {k: v for k, v in entry.items() if isinstance(v, ListConfig)}
+    for choice, options in choices.items():
+        group, _, package = str(choice).partition("@")
+        for option in [options] if isinstance(options, str) else options or []:
+            path = _CONFIGS / group / f"{option}.yaml"
+            if not group.startswith("hydra") and (body := _body(path)):
+                if package != "_global_" and "# @package _global_" not in _lines(path):
+                    body = _indented(body, package or group.rpartition("/")[2])
+                parts.append(f"# {str(choice).removesuffix('@_global_')}={option}\n{body}")
     return _escaped("\n\n".join(part for part in parts if part))
 
 
-def _indented(body: str, group: str) -> str:
-    key = group.rpartition("/")[2].partition("@")[0]
+def _indented(body: str, key: str) -> str:
     return f"{key}:\n  " + body.replace("\n", "\n  ")
 
 

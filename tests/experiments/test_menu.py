@@ -41,6 +41,25 @@ def test_help_follows_the_choice(run_command):
     assert "learning_rate: 0.03" in out
 
 
+@pytest.mark.parametrize(
+    ("command", "heading", "line"),
+    [
+        ("as_printed", "# as_printed=default", "draws: 20 "),
+        ("benchmark", "# model@model_axis_by_axis=tham_literal", "model_axis_by_axis:"),
+        ("benchmark", "# method=vqf", "    tau_acc_s: 3.0 "),
+    ],
+)
+def test_help_has_the_keys_of_every_choice(run_command, command, heading, line):
+    _, out, _, _ = run_command(command, "--help")
+    shown = out[out.index(heading) :]
+    assert any(each.startswith(line) for each in shown.splitlines())
+
+
+def test_keys_of_an_experiment_are_shown_where_they_are_set(run_command):
+    _, out, _, _ = run_command("benchmark", "--help", "experiment=han_two_point")
+    assert "# experiment=han_two_point\nreport:\n" in out
+
+
 def test_a_short_window_can_be_overfitted(run_command):
     status, _, err, directory = run_command("train", "debug=overfit")
     assert status == 0, err
