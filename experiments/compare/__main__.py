@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+from pandas.api.types import is_float_dtype
 
 from narx.errors import UserError
 from narx.experiments.compare.distinct import distinct_runs, runs_by_name
@@ -155,7 +156,14 @@ def _unequal(ranked: pd.DataFrame) -> list[str]:
 
 def _markdown(ranked: pd.DataFrame, metric: str) -> str:
     decimals = {"rank": 0, "n": 0, "mean": 3, "sd": 3}
-    return Table(f"{metric}, mean and SD over seeds", ranked, decimals).to_markdown().strip()
+    # settings may be far below one
+    settings = {
+        key: values.map("{:g}".format, na_action="ignore")
+        for key, values in ranked.items()
+        if key not in decimals and is_float_dtype(values)
+    }
+    text = ranked.assign(**settings)
+    return Table(f"{metric}, mean and SD over seeds", text, decimals).to_markdown().strip()
 
 
 @pipe_may_close()

@@ -16,6 +16,7 @@ from narx.experiments.predictions.options import interval_s, layout_of
 from narx.experiments.predictions.session_tables import angle_table, cycle_table, stride_table
 from narx.inference.pretrained import load_or_pretrained
 from narx.inference.session import SessionPrediction, SessionStart, predict_session
+from narx.recordings.session_clock import BY_STAMPS
 from narx.recordings.trial import Trial
 
 _STRIDES, _CYCLE, _FIGURE = "strides.csv", "cycle.csv", "cycle.png"
@@ -111,7 +112,9 @@ def predict_trial(cfg: DictConfig, trial: Trial, target: Path) -> tuple[SessionP
         align="stamps",
         where=trial.name,
     )
-    session = replace(session, notes=(*trial.notes, *session.notes))
+    # the trial's own notes tell how its sensors came to be on one clock
+    own = (note for note in session.notes if note != BY_STAMPS)
+    session = replace(session, notes=(*trial.notes, *own))
     return session, _write(session, target)
 
 

@@ -132,7 +132,7 @@ _OTHER_RATES = (
     "angular{sep}velocity", "angular{sep}rate", "ang{sep}vel", "rotation{sep}rate", "omega",
     "gyros", "gyroskop", "drehrate", "winkelgeschwindigkeit", "gyromètre", "vitesse{sep}angulaire",
     "giroscopio", "giróscopo", "giroscópio", "velocidad{sep}angular", "velocidade{sep}angular",
-    "velocità{sep}angolare", "gyroscoop", "hoeksnelheid", "żyroskop",
+    "velocità{sep}angolare", "gyroscoop", "hoeksnelheid", "żyroskop", "prędkość{sep}kątowa",
 )  # fmt: skip
 _OTHER_FORCES = (
     "acceleration", "specific{sep}force", "beschleunigung", "accéléromètre", "accélération",

@@ -83,7 +83,8 @@ def synchronised(
         raise RecordingError(f"{where}: {error}") from error
     imus = {s: on_clock(s, *pair, clock, max_gap_s=gap_s) for s, pair in tables.items()}
     if not notes:
-        return AlignedSensors(imus, {}, {}, ("no reference: not every sensor has an orientation",))
+        why = ": not every sensor has an orientation" if optical else ""
+        return AlignedSensors(imus, {}, {}, (f"no reference{why}",))
     reference = {
         segment: ReferenceOrientation(
             segment,

@@ -12,6 +12,7 @@ from narx.recordings.trial import ImuRecording
 from narx.types import FloatArray
 
 Alignment = Literal["auto", "stamps", "correlation"]
+BY_STAMPS = "sensors aligned by their time stamps"
 
 _RATE_HZ = 100.0
 # thigh and shank do not turn at the same time, but walk and stand together
@@ -78,7 +79,7 @@ def clock_offsets_s(
     if align == "stamps" or (align == "auto" and _overlap(recordings) >= _MIN_OVERLAP):
         offsets |= dict.fromkeys(others, 0.0)
         doubts = _doubts(recordings, offsets, where if align == "auto" else None)
-        return offsets, ["sensors aligned by their time stamps", *doubts]
+        return offsets, [BY_STAMPS, *doubts]
     notes = []
     for segment in others:
         lag = _lag_s(recordings[first], recordings[segment])

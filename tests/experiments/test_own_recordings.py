@@ -143,7 +143,11 @@ def test_a_trial_without_one_of_the_sensors_is_reported(run_command, recordings)
         assert ("4 of 4 files finished before" in out) == repeated
         expected = "anna/walk/walk3: no sensor 'shank_right', which most trials have"
         assert f"1 of 4 recordings incomplete; the first: study/{expected}" in err
-    summary = pd.read_csv("angles/summary.csv").set_index("file").status
+    table = pd.read_csv("angles/summary.csv").set_index("file")
+    notes = table.notes["study/anna/walk/walk1"]
+    assert notes.count("sensors aligned by their time stamps") == 1
+    assert "; no reference; " in notes
+    summary = table.status
     assert summary["study/anna/walk/walk3"] == "incomplete"
     assert (summary.drop("study/anna/walk/walk3") == "done").all()
     assert (recordings / "angles/study/anna/walk/walk3_angles.csv").exists()

@@ -81,6 +81,14 @@ def test_configurations_are_ranked_by_their_mean_over_seeds(sweep):
     assert "on the same 3 seeds: -0.500, too few seeds for an interval; p 0.25" in said
 
 
+def test_small_settings_are_not_printed_as_zero(tmp_path):
+    for size in (1e-12, 0.0125):
+        make_run(tmp_path / f"{size}", size, 0, size)
+    cells = [line.split() for line in compare([tmp_path], None, None, None).splitlines()]
+    printed = [line[-2] for line in cells if line[:2] in (["|", "1"], ["|", "2"])]
+    assert printed == ["1e-12", "0.0125"]
+
+
 def test_two_configurations_are_compared_on_the_same_seeds_and_folds(sweep):
     said = compare([sweep], None, (1, 2), None)
     # 1.0-1.5, 1.1-1.7, 1.5-1.9

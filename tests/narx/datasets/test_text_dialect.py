@@ -124,6 +124,15 @@ DIALECTS = {
         .replace("_m_s2", " [m/s²]")
         .encode("cp1252")
     ),
+    "units in brackets, Polish": lambda plain, text: (
+        text(";", ",")
+        .replace("gyroscope_", "Prędkość kątowa ")
+        .replace("time_s", "Czas [s]")
+        .replace("accelerometer_", "Przyspieszenie ")
+        .replace("_rad_s", " [rad/s]")
+        .replace("_m_s2", " [m/s²]")
+        .encode()
+    ),
     "comment below": lambda plain, text: plain.encode() + b"# end\n",
     "remarks below": lambda plain, text: plain.encode() + b"End of recording\nSamples: 20\n",
     "upper case": lambda plain, text: plain.replace("gyro", "GYRO").encode(),
