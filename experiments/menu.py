@@ -92,7 +92,7 @@ def _keys() -> str:
     choices = dict(hydra.runtime.choices)
     for entry in OmegaConf.load(path).defaults:  # Hydra records no choice of several options
         if isinstance(entry, DictConfig):
-            choices |= {k: v for k, v in entry.items() if isinstance(v, ListConfig)}
+            choices |= {str(k): v for k, v in entry.items() if isinstance(v, ListConfig)}
     for choice, options in choices.items():
         group, _, package = str(choice).partition("@")
         for option in [options] if isinstance(options, str) else options or []:

@@ -158,7 +158,7 @@ def _markdown(ranked: pd.DataFrame, metric: str) -> str:
     decimals = {"rank": 0, "n": 0, "mean": 3, "sd": 3}
     # settings may be far below one
     settings = {
-        key: values.map("{:g}".format, na_action="ignore")
+        str(key): values.map("{:g}".format, na_action="ignore")
         for key, values in ranked.items()
         if key not in decimals and is_float_dtype(values)
     }
