@@ -52,6 +52,31 @@ def test_hip_and_pelvis_ranges_are_as_published():
     assert np.all((pelvis > [1.0, 6.0, 6.0]) & (pelvis < [4.0, 11.0, 12.0]))
 
 
+def test_in_single_stance_the_hip_is_adducted_and_the_other_side_of_the_pelvis_drops():
+    """At 15 % of the right stride, as published: signs of abduction and of the right side down."""
+    curves = joint_curves(1.3)
+    hip, pelvis = (evaluate(curves[name], np.array([0.15]))[0] for name in ("hip", "pelvis"))
+    assert np.degrees(hip[1]) == pytest.approx(-5.7, abs=0.3)
+    assert np.degrees(pelvis[1]) == pytest.approx(-4.2, abs=0.3)
+
+
+def test_frontal_and_transverse_movements_grow_with_the_root_of_the_speed():
+    slow, fast = joint_curves(0.65), joint_curves(1.3)
+    np.testing.assert_allclose(slow["pelvis"], np.sqrt(0.5) * fast["pelvis"])
+    np.testing.assert_allclose(slow["hip"][1:], np.sqrt(0.5) * fast["hip"][1:])
+    np.testing.assert_allclose(slow["hip"][0], fast["hip"][0])
+
+
+def test_swinging_outwards_turns_the_hip_outwards_and_bends_the_knee_less():
+    curves = joint_curves(1.0)
+    swung = swing_outwards(curves)
+    np.testing.assert_allclose(
+        swung["hip"][2] - curves["hip"][2], (curves["hip"][1] - swung["hip"][1]) / 3.0
+    )
+    np.testing.assert_allclose(swung["knee"][0, 1:], 0.75 * curves["knee"][0, 1:])
+    np.testing.assert_allclose(swung["knee"][0, 0], curves["knee"][0, 0])
+
+
 def test_faster_walking_bends_the_knee_more():
     slow, fast = (evaluate(joint_curves(v)["knee"], PHASE)[:, 0] for v in (0.7, 1.2))
     loading, swing = (PHASE > 0.05) & (PHASE < 0.3), (PHASE > 0.65) & (PHASE < 0.85)

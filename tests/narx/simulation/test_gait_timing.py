@@ -1,5 +1,7 @@
 """Foot contacts: events as phases, stride times as published."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,21 @@ def test_steps_over_ground_are_counted(n_steps):
         # the closing step is set down flat
         assert len(strikes) == n_steps - 1
         assert np.all(timing.size(np.array([0.0, 3.5, timing.end_s, timing.end_s + 3.0])) == 0.0)
+
+
+def test_a_walk_begins_and_ends_at_its_own_pace():
+    timing = replace(_treadmill(), end_s=100.0, rise_s=4.0, fall_s=1.0)
+    size = timing.size(np.array([6.0, 98.9, 99.5, 100.0]))
+    np.testing.assert_allclose(size, [0.5, 1.0, 0.5, 0.0], atol=1e-9)
+
+
+def test_no_event_is_missing_at_the_end():
+    """Every event of a stride that ends before the recording does."""
+    timing = _treadmill()
+    for name, instant in (("heel_strike_right", 0.0), ("toe_off_left", TOE_OFF + LAG)):
+        last = timing.phase_of_time(299.99) - instant
+        found = timing.phase_of_time(timing.events[name][-1]) - instant
+        assert round(float(found)) == np.floor(last)
 
 
 def test_the_phase_always_grows():

@@ -1,10 +1,13 @@
 """Soft tissue, markers and mounting."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from narx.simulation.body import Body
-from narx.simulation.markers import FRAME_SD_DEG, NOISE_SD_DEG, draw_markers, track
+from narx.simulation.markers import FRAME_SD_DEG, NOISE_SD_DEG, Markers, draw_markers, track
 from narx.simulation.sensor import sensor_model
 from narx.simulation.session import draw_session
 from narx.simulation.skeleton import move
@@ -12,6 +15,7 @@ from narx.simulation.soft_tissue import (
     MARKER_GAIN,
     SENSOR_GAIN,
     SHARED_VARIANCE,
+    SoftTissue,
     draw_skin,
     draw_soft_tissue,
 )
@@ -123,3 +127,48 @@ def test_a_session_does_not_depend_on_the_segments_asked_for():
     np.testing.assert_array_equal(
         one.mountings["shank_left"].offset_m, all_.mountings["shank_left"].offset_m
     )
+
+
+def test_the_tissue_turns_by_the_gains_of_the_joint_and_wobbles_with_an_impact():
+    """By hand: each axis is the sum over the joint's angles of gain times angle."""
+    gain = np.array([[0.1, 0.2, 0.3], [0.0, 0.1, 0.0], [0.4, 0.0, 0.1]])
+    tissue = SoftTissue("shank_right", {"knee_right": gain}, np.array([2.0, -1.0, 3.0]))
+    motion = _motion(1, 60.0)
+    motion.joint_angles["knee_right"][0, 1:] = [0.2, -0.1]
+    flexion = np.radians(60.0)
+    turned = np.array([0.1 * flexion + 0.04 - 0.03, 0.02, 0.4 * flexion - 0.01])
+    np.testing.assert_allclose(tissue.rotation(motion).as_rotvec()[0], turned)
+    hit = replace(motion, impact_m={"shank_right": np.array([[9.0, 9.0, 0.01]])})
+    shaken = turned + np.array([0.02, -0.01, 0.03])
+    np.testing.assert_allclose(tissue.rotation(hit).as_rotvec()[0], shaken)
+
+
+def test_a_misplaced_frame_is_that_of_the_bone_and_still_in_the_posture():
+    """By hand: the bone's rotation, seen from the frame."""
+    frame = Rotation.from_rotvec([0.1, -0.2, 0.3])
+    still = _tissue("shank_right").still()
+    rng = np.random.default_rng(0)
+    wxyz = track(Markers(still, frame), _motion(2000, 60.0), "shank_right", slice(None), rng)
+    mean = Rotation.from_quat(wxyz[np.isfinite(wxyz[:, 0])], scalar_first=True).mean()
+    bone = Rotation.from_euler("Y", 60.0, degrees=True)
+    expected = frame.inv() * bone * frame
+    assert np.degrees((expected.inv() * mean).magnitude()) < 0.05
+
+
+def test_sensors_of_the_shank_are_on_its_inner_side_below_the_knee():
+    model = sensor_model("physilog")
+    sessions = [
+        draw_session(seed, "S1", BODY, model, "random", ["shank_right", "shank_left"])
+        for seed in range(60)
+    ]
+    right, left = (
+        np.mean([s.mountings[f"shank_{side}"].offset_m for s in sessions], axis=0)
+        for side in ("right", "left")
+    )
+    np.testing.assert_allclose(right, left * [1, -1, 1], atol=0.015)
+    np.testing.assert_allclose(right[1:], [0.02 * BODY.girth, -0.4 * BODY.shank_m], atol=0.008)
+
+
+@pytest.mark.parametrize(("mass_kg", "girth"), [(22.0 * 1.7**2, 1.0), (88.0 * 1.7**2, 2.0)])
+def test_girth_is_that_of_a_cylinder_as_tall(mass_kg, girth):
+    assert Body(1.7, mass_kg).girth == pytest.approx(girth)

@@ -107,6 +107,15 @@ def test_instability_keeps_its_size():
     assert lagged == pytest.approx(np.exp(-1.0), abs=0.12)
 
 
+def test_instability_begins_as_large_as_it_stays():
+    model = replace(PERFECT, instability=0.1, instability_time_s=50.0)
+    first = [
+        measure(np.zeros((30, 3)), 100.0, 1, model, EXACT, 40.0, 16, np.random.default_rng(k))[0]
+        for k in range(400)
+    ]
+    assert np.std(first) == pytest.approx(0.1, rel=0.1)
+
+
 def test_the_papers_sensors():
     assert np.degrees(sensor_model("physilog").gyroscope.full_range) == pytest.approx(900.0)
     assert np.degrees(sensor_model("mpu6150").gyroscope.full_range) == pytest.approx(250.0)

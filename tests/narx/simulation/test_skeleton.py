@@ -1,5 +1,7 @@
 """Segments in space: angles are recovered, feet stay on the ground, sides are symmetric."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -109,3 +111,40 @@ def test_a_stance_foot_rolls_without_slipping():
     np.testing.assert_allclose(velocity[:, 0], forwards, atol=1e-8)
     np.testing.assert_allclose(velocity[:, 1], 0.0, atol=1e-8)
     np.testing.assert_allclose(velocity[:, 2], upwards, atol=1e-8)
+
+
+def test_the_pelvis_turns_about_z_then_x_then_y():
+    """Transverse, frontal, sagittal, each about the axis as turned by those before."""
+    angles = {joint: np.zeros((1, 3)) for joint in JOINTS}
+    angles["pelvis"][0] = [0.2, 0.3, 0.4]
+    z, x, y = (Rotation.from_rotvec(v) for v in ([0, 0, 0.4], [0.3, 0, 0], [0, 0.2, 0]))
+    found = segment_orientations(angles)["pelvis"][0]
+    assert (found.inv() * (z * x * y)).magnitude() < 1e-12
+
+
+def test_an_impact_moves_what_it_hits():
+    motion = move(np.arange(3.0), 1.0, {joint: np.zeros((3, 3)) for joint in JOINTS}, BODY)
+    hit = replace(motion, impact_m={"shank_right": np.full((3, 3), 0.01)})
+    at = np.array([0.02, 0.0, -0.1])
+    moved = hit.position("shank_right", at) - motion.position("shank_right", at)
+    np.testing.assert_allclose(moved, 0.01)
+    np.testing.assert_array_equal(hit.position("shank_left", at), motion.position("shank_left", at))
+
+
+@pytest.mark.parametrize(("of_double_support", "level"), [(0.05, False), (0.9, True)])
+def test_the_leading_foot_takes_over_level_motion_later_and_faster(of_double_support, level):
+    """The right leg turns, the left one rests: which part of its demand is met."""
+    rate_hz, n, toe_off, lag = 500.0, 100, 0.62, 0.5
+    angles = {joint: np.zeros((n, 3)) for joint in JOINTS}
+    angles["hip_right"][:, 0] = 0.2 - np.linspace(0.0, 0.1, n)
+
+    def velocity(phase):
+        return forward_velocity(angles, np.full(n, phase), toe_off, lag, BODY, rate_hz)[20:-20]
+
+    share = velocity(of_double_support * (toe_off + lag - 1.0)) / velocity(0.3)
+    if level:
+        np.testing.assert_allclose(share[:, 0], 1.0)
+        assert (share[:, 2] < 0.999).all()
+    else:
+        np.testing.assert_allclose(share[:, 0], 0.0, atol=1e-12)
+        assert (share[:, 2] > 0.05).all()

@@ -1,16 +1,19 @@
 """The individual walkers: speed, cadence, ranges."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from narx.errors import UserError
 from narx.simulation.body import TABLE_1, body_of
+from narx.simulation.gait_curves import TABLE_TOE_OFF, evaluate
 from narx.simulation.skeleton import forward_velocity
 from narx.simulation.walker import (
     pelvis_velocity,
     stride_frequency_hz,
+    toe_off_phase,
     walking_pattern,
 )
 
@@ -85,6 +88,33 @@ def test_usual_pelvis_velocity():
     assert velocity[:, 0].mean() == pytest.approx(0.7)
     path = np.cumsum(velocity[:, 1]) * 1.4 / len(PHASE)
     assert np.ptp(path) == pytest.approx(0.07, abs=0.001)
+    # fastest after each heel strike; over the right leg in the middle of its stance
+    assert PHASE[np.argmax(velocity[:200, 0])] == pytest.approx(0.06)
+    assert PHASE[np.argmin(path)] == pytest.approx(0.35, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("speed_m_s", "phase"), [(0.0, 0.70), (1.3, 0.63), (2.0, 0.5915), (3.0, 0.58)]
+)
+def test_the_foot_leaves_the_ground_earlier_the_faster_the_walk(speed_m_s, phase):
+    assert toe_off_phase(speed_m_s) == pytest.approx(phase)
+
+
+def test_the_left_leg_lags_and_both_leave_the_ground_with_the_table():
+    pattern = replace(walking_pattern("S1", TABLE_1["S1"], 0.9, 0), left_lag=0.53, toe_off=0.66)
+    strikes, offs = (pattern.joint_angles(np.array([p, p + 0.53])) for p in (0.0, 0.66))
+    for phase, angles in ((0.0, strikes), (TABLE_TOE_OFF, offs)):
+        for joint, row in (("knee_right", 0), ("knee_left", 1)):
+            expected = evaluate(pattern.curves[joint], np.array([phase]))[0]
+            np.testing.assert_allclose(angles[joint][row], expected, atol=1e-9)
+
+
+def test_the_pelvis_of_a_person_is_level_and_straight_on_average():
+    """A third of the spread that the legs have: about 0.3 and 0.45 degrees."""
+    patterns = [walking_pattern(f"V{k}", TABLE_1["S1"], 4.0, 0, runs=True) for k in range(1, 200)]
+    means = [np.degrees(pattern.curves["pelvis"][:, 0].real) for pattern in patterns]
+    spread = np.std(means, axis=0)
+    np.testing.assert_allclose(spread, [2.0, 0.3, 0.45], rtol=0.2)
 
 
 def test_bodies():
@@ -92,5 +122,8 @@ def test_bodies():
     assert body_of("V7", 0) == body_of("V7", 0) != body_of("V7", 1)
     heights = [body_of(f"V{k}", 0).height_m for k in range(1, 300)]
     assert np.mean(heights) == pytest.approx(1.69, abs=0.02)
+    people = [body_of(f"V{k}", 0) for k in range(1, 300)]
+    index = [person.mass_kg / person.height_m**2 for person in people]
+    assert (np.mean(index), np.std(index)) == pytest.approx((23.0, 2.5), rel=0.1)
     with pytest.raises(UserError, match="subject 'S9', expected S1"):
         body_of("S9", 0)
