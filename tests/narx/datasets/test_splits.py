@@ -53,6 +53,12 @@ def test_within_trial_parts_do_not_overlap():
     assert not [pair for fold in folds for pair in overlaps(fold)]
 
 
+def test_within_trial_tests_what_comes_after_training():
+    (fold,) = splits.within_trial(index_of(["a"], ["slow"]), training_s=10.0, skip_s=3.0)
+    assert [(part.start_s, part.stop_s) for part in fold.training] == [(3.0, 13.0)]
+    assert [(part.start_s, part.stop_s) for part in fold.test] == [(13.0, float("inf"))]
+
+
 def test_one_window_is_ten_seconds_of_one_walk_and_seeded():
     index = index_of([f"s{k}" for k in range(5)], ["slow", "normal", "fast"])
     first, again, other = (
@@ -77,6 +83,8 @@ def test_one_window_lies_within_a_trial_of_known_length():
     assert 27.0 < max(starts) <= 30.0
     unknown, long = (index.assign(duration_s=value) for value in (float("nan"), 280.0))
     assert list(splits.one_window(unknown)) == list(splits.one_window(long))
+    (only,) = splits.one_window(index.assign(duration_s=50.0))
+    assert (only.training[0].start_s, only.validation[0].stop_s) == (20.0, 50.0)
     with pytest.raises(UserError, match=r"^split: .*/s/normal/.* lasts 45 s, expected earliest_s"):
         list(splits.one_window(index.assign(duration_s=45.0)))
 

@@ -76,6 +76,20 @@ def test_spikes_are_taken_out_and_turns_are_not():
     assert np.array_equal(untouched, clean)
 
 
+@pytest.mark.parametrize(
+    ("angle_rad", "samples", "removed"),
+    [(0.15, 1, 0), (0.25, 1, 1), (0.25, 9, 9), (0.25, 12, 0)],
+)
+def test_a_spike_is_short_and_twice_as_fast_as_the_gyroscope(angle_rad, samples, removed):
+    """At 50 Hz, of a gyroscope that measures up to 4 rad/s: 0.16 rad a sample, up to 0.2 s."""
+    away = np.zeros((200, 3))
+    away[100 : 100 + samples, 0] = angle_rad
+    poses = Rotation.from_rotvec(away).as_quat(scalar_first=True)
+    found, n = without_spikes(np.arange(200) / 50.0, poses, 4.0)
+    assert n == removed
+    assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == list(range(100, 100 + removed))
+
+
 def test_turned_frame_keeps_vectors():
     body = Rotation.random(5, random_state=1)
     to_sensor = Rotation.random(random_state=2)
@@ -249,6 +263,67 @@ def _align(sensors):
         },
         _RATE_HZ, max_gap_s=0.03, max_optical_gap_s=0.03, where="sub-01_motion.tsv",
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(("length", "accepted"), [(0.88, False), (0.92, True), (1.12, False)])
+def test_a_unit_quaternion_is_one_within_a_tenth(length, accepted):
+    poses = np.tile([length, 0.0, 0.0, 0.0], (5, 1))
+    if accepted:
+        assert tracked_poses("imu", np.arange(5.0), poses)[1] == []
+    else:
+        with pytest.raises(RecordingError, match="expected a unit quaternion"):
+            tracked_poses("imu", np.arange(5.0), poses)
+
+
+@pytest.mark.parametrize(
+    ("factor", "accepted"), [(0.45, False), (0.55, True), (1.9, True), (2.1, False)]
+)
+def test_a_gyroscope_is_at_most_a_factor_of_two_off(factor, accepted):
+    sensors = _raw_sensors()
+    sensors["thigh_right"][1] *= factor
+    if accepted:
+        assert set(_align(sensors).imus) == set(sensors)
+    else:
+        with pytest.raises(RecordingError, match=f"turns {factor:.3g}[0-9]* times as fast"):
+            _align(sensors)
+
+
+def test_sensors_share_the_mean_of_their_clock_offsets():
+    sensors = _raw_sensors()
+    sensors["shank_right"][0] = sensors["shank_right"][0] + 0.004
+    aligned = _align(sensors)
+    for offset_s in aligned.clock_offset_s.values():
+        assert offset_s == pytest.approx(_OFFSET_S + 0.002, abs=5e-4)
+    # the reference is on the clock of the sensors
+    clock = aligned.imus["thigh_right"].time_s
+    _, rate = _hand_motion(1)
+    speed = np.linalg.norm(aligned.imus["thigh_right"].gyroscope_rad_s, axis=1)
+    inner = slice(300, -300)
+    true = np.linalg.norm(rate(clock - _OFFSET_S), axis=1)
+    np.testing.assert_allclose(speed[inner], true[inner], atol=0.02)
+    turned = Rotation.from_quat(
+        aligned.reference["thigh_right"].quaternion_wxyz[inner], scalar_first=True
+    )
+    optical = (turned[:-1].inv() * turned[1:]).magnitude() * _RATE_HZ
+    moved = np.linalg.norm(rate(clock - _OFFSET_S - 0.002 + 0.5 / _RATE_HZ), axis=1)
+    assert np.sqrt(np.mean((optical - moved[inner][:-1]) ** 2)) < 0.01
+
+
+def test_a_static_bias_does_not_turn_the_frame():
+    """Alignment with a bias that is known gives what it gives without one."""
+    plain = _align(_raw_sensors())
+    sensors = {
+        segment: RawSensor(
+            np.column_stack([time, gyroscope + 0.4]), np.column_stack([time, force]),
+            np.full(3, 0.4), optical_time, quaternion,
+        )
+        for segment, (time, gyroscope, force, optical_time, quaternion) in _raw_sensors().items()
+    }  # fmt: skip
+    biased = align_sensors(sensors, _RATE_HZ, max_gap_s=0.03, max_optical_gap_s=0.03)
+    for segment, one in plain.reference.items():
+        other = biased.reference[segment].quaternion_wxyz
+        there = np.isfinite(one.quaternion_wxyz[:, 0])
+        np.testing.assert_allclose(other[there], one.quaternion_wxyz[there], atol=1e-6)
 
 
 def test_poses_of_zeros_are_missing():
