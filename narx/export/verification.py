@@ -126,10 +126,10 @@ def largest_difference_rad(checkpoint: Checkpoint, run: Runner, dtype: type) -> 
         )
         times = np.cumsum(interval_s.astype(np.float64), axis=1)
         expected = stream.update_block(inputs, times).angles_rad
-        difference = np.abs(run(inputs, interval_s, start) - expected)
-        if (np.isnan(difference) != np.isnan(expected)).any():
+        found = run(inputs, interval_s, start)
+        if (np.isnan(found) != np.isnan(expected)).any():
             return float("nan")
-        worst = max(worst, float(np.nanmax(difference)))
+        worst = max(worst, float(np.nanmax(np.abs(found - expected))))
     return worst
 
 
