@@ -1,8 +1,19 @@
 """Errors that the user can correct; commands print them in one line and exit with status 2."""
 
+import re
+
+# also those of str.splitlines, by which a log or a table may be cut
+_LINE_BREAK = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]+")
+
 
 class UserError(Exception):
-    """An input is wrong; the message names where, what was found and what is expected."""
+    """An input is wrong; the message names where, what was found and what is expected.
+
+    It is one line: breaks in it, as from a name in a damaged file, are shown as blanks.
+    """
+
+    def __str__(self) -> str:
+        return _LINE_BREAK.sub(" ", super().__str__())
 
 
 class RecordingError(UserError):

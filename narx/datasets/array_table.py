@@ -85,6 +85,8 @@ class ArrayTable:
             return np.asarray(values.dt.total_seconds(), dtype=np.float64), ()
         if not pd.api.types.is_datetime64_any_dtype(values):
             return None
+        if not len(values):
+            return np.zeros(0), ()
         begin = values.iloc[0]
         seconds = (values - begin).dt.total_seconds()
         return np.asarray(seconds, dtype=np.float64), (f"times count from {begin.isoformat()}",)

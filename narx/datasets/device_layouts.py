@@ -52,14 +52,13 @@ def layout_from(description: Mapping[str, Any], name: str) -> Layout:
     for key in ("time", "gyroscope"):
         if not description.get(key):
             raise UserError(f"{name}: no '{key}', expected the name of its columns")
-    files = description.get("files") or {}
     return Layout(
         name,
         _alternatives(description["time"], f"{name}: time"),
         _alternatives(description["gyroscope"], f"{name}: gyroscope"),
         _alternatives(description.get("accelerometer") or [], f"{name}: accelerometer"),
         description.get("comment"),
-        {sensor: tuple(names) for sensor, names in files.items()},
+        description.get("files") or {},
         _opposite(description.get("opposite"), name),
     )
 
@@ -84,9 +83,10 @@ def read_layout(path: Path) -> Layout:
     """
     try:
         content = OmegaConf.to_container(OmegaConf.load(regular_file(path)))
-    except (YAMLError, OmegaConfBaseException, UnicodeDecodeError) as error:
-        line = str(error).strip().splitlines()[0]
-        raise UserError(f"{path}: not YAML ({line})") from None
+    except (YAMLError, OmegaConfBaseException, ValueError, OSError, RecursionError) as error:
+        # OmegaConf raises an OSError for YAML that is a number alone
+        reason = " ".join(str(error).split())[:160]
+        raise UserError(f"{path}: not YAML of keys and values ({reason})") from None
     if not isinstance(content, dict):
         raise UserError(f"{path}: holds no mapping, expected time, gyroscope and accelerometer")
     return layout_from({str(key): value for key, value in content.items()}, str(path))

@@ -5,10 +5,15 @@ for a blank, ``_``, ``-``, ``.`` or nothing, and ``{any}`` for anything; case is
 also be listed, with the unit given separately.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
+
+from pydantic import Field
 
 from narx.errors import UserError
+from narx.settings import check_fields
 
 AXES = ("x", "y", "z")
 
@@ -26,7 +31,7 @@ class Columns:
     sign : int or sequence of int
         +1 or -1, for all axes or each, for a device with reversed axes.
     wraps : int, optional
-        Period of a counter that wraps around to zero.
+        Period of a counter that wraps around to zero, at least 2.
     unit_below : bool
         Whether the columns are these only if there is a row of units.
 
@@ -39,7 +44,7 @@ class Columns:
     names: str | Sequence[str]
     unit: str | None = None
     sign: int | Sequence[int] = 1
-    wraps: int | None = None
+    wraps: Annotated[int, Field(ge=2)] | None = None
     unit_below: bool = False
 
     def __post_init__(self) -> None:
@@ -51,6 +56,7 @@ class Columns:
         signs = [self.sign] if isinstance(self.sign, int) else self.sign
         if not isinstance(signs, Sequence) or len(signs) not in (1, 3) or {*signs} - {1, -1}:
             raise UserError(f"columns: sign is {self.sign}, expected 1 or -1, or three of them")
+        check_fields(self, "columns")
 
 
 @dataclass(frozen=True)
@@ -101,13 +107,18 @@ class Layout:
     accelerometer : tuple of Columns
         Specific force (at rest it points up).
     comment : str, optional
-        Regular expression that a comment above the header must match; its group is the rate in
-        Hz, if time is a count of ``packets``.
+        Regular expression that a comment above the header must match; its first group is the rate
+        in Hz, if time is a count of ``packets``.
     files : mapping of str to tuple of str
         ``gyroscope`` and ``accelerometer`` to file names, if each sensor has its own file; empty
         for a device that writes one table.
     opposite : Opposite, optional
         Recordings whose accelerometer has the opposite sign.
+
+    Raises
+    ------
+    UserError
+        If a field is not of that form.
     """
 
     name: str
@@ -117,6 +128,20 @@ class Layout:
     comment: str | None = None
     files: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     opposite: Opposite | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self, self.name)
+        try:
+            groups = re.compile(self.comment or "").groups
+        except re.error as error:
+            raise UserError(
+                f"{self.name}: comment is '{self.comment}', expected a regular expression ({error})"
+            ) from None
+        if not groups and any(one.unit == PACKETS for one in self.time):
+            raise UserError(
+                f"{self.name}: comment is '{self.comment}', expected a group in it that is the "
+                "rate of the packets, such as Rate: ([\\d.]+)"
+            )
 
 
 PACKETS = "packets"

@@ -317,13 +317,29 @@ def leak_rad_s(model: Narx | LinearRecursion) -> float:
     -------
     float
         One over its gain to a constant rate, a network's linearised at zero; not below zero.
+
+    Raises
+    ------
+    UserError
+        If its angle does not depend on the rate.
     """
     if isinstance(model, LinearRecursion):
-        return max(0.0, (1.0 - sum(model.outputs)) / sum(model.inputs))
+        return _leak(1.0 - sum(model.outputs), sum(model.inputs))
     structure, scaled = model.structure, model.normalisation
     weights = model.weights.detach().numpy()
     first = weights[structure.w1].reshape(structure.hidden, structure.n_features)
     linear = weights[structure.w2] @ first
     inputs = linear[: structure.n_input_features].sum()
     kept = linear[structure.n_input_features :].sum()
-    return max(0.0, float((1.0 - kept) * scaled.rate_scale_rad_s / inputs / scaled.angle_scale_rad))
+    return _leak(
+        (1.0 - float(kept)) * scaled.rate_scale_rad_s, float(inputs) * scaled.angle_scale_rad
+    )
+
+
+def _leak(forgotten: float, gain: float) -> float:
+    if not 1e-12 < abs(gain) < np.inf:
+        raise UserError(
+            f"the network's angle changes by {gain:g} of a constant rate, expected more: all "
+            "weights of its inputs are zero, or cancel out"
+        )
+    return max(0.0, forgotten / gain)

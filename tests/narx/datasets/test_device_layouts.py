@@ -220,12 +220,38 @@ def test_a_description_of_ones_own(tmp_path, walk, text_of):
         ({"time": "t", "gyroscope": {"names": "g{axis}", "sign": 2}}, "sign is 2, expected 1 or"),
         ({"time": 3, "gyroscope": "g"}, "d: time is 3, expected a pattern"),
         ({"time": "t", "gyroscope": {"names": 3}}, "names are"),
+        (
+            {"time": "t", "gyroscope": {"names": "g{axis}", "unit": [1]}},
+            "unit is .*expected a name",
+        ),
+        (
+            {"time": {"names": "t", "wraps": "x"}, "gyroscope": "g"},
+            "wraps is 'x', expected a whole",
+        ),
+        ({"time": {"names": "t", "wraps": 0}, "gyroscope": "g"}, "wraps is 0"),
+        ({"time": "t", "gyroscope": "g", "files": "a.csv"}, "d.files is 'a.csv', expected"),
+        (
+            {"time": "t", "gyroscope": "g", "files": {"gyroscope": "a.csv"}},
+            "files.gyroscope is 'a.c",
+        ),
+        ({"time": "t", "gyroscope": "g", "comment": "(a"}, r"comment is '\(a', expected a regular"),
+        (
+            {"time": {"names": "t", "unit": "packets"}, "gyroscope": "g", "comment": "a"},
+            "a group in",
+        ),
     ],
 )
 def test_wrong_descriptions_are_one_line(description, message):
     with pytest.raises(UserError, match=message) as caught:
         layout_from(description, "d")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("content", ["1.5", "[", "- a", "", "!!python/none x", "[" * 10_000])
+def test_a_description_that_is_no_mapping_is_one_line(tmp_path, content):
+    (tmp_path / "device.yaml").write_text(content)
+    with pytest.raises(UserError, match=r"device\.yaml: (not YAML|holds no mapping|no 'time')"):
+        read_layout(tmp_path / "device.yaml")
 
 
 @pytest.mark.parametrize("name", ["x.parquet", "x.zip", "x.mat"])

@@ -15,7 +15,7 @@ from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.checkpoint import Checkpoint, load, save
 from narx.inference.pretrained import pretrained
 from narx.inference.stream import Quality
-from narx.inference.tracker import PostureTracker, leak_rad_s
+from narx.inference.tracker import LinearRecursion, PostureTracker, leak_rad_s
 from narx.inference.tracking import Tracking
 from narx.kernels import tracker_layout as kernel
 from narx.kinematics.segment_angles import (
@@ -89,6 +89,16 @@ def off_deg(method, walk, part, **kwargs):
 
 def test_the_leak_is_that_of_the_leaky_integrator():
     assert leak_rad_s(network(0.15)) == pytest.approx(0.15)
+
+
+def test_a_network_that_ignores_the_rate_is_refused():
+    deaf = network(0.15)
+    with torch.no_grad():
+        deaf.weights[deaf.structure.w2] = 0.0
+    with pytest.raises(UserError, match="the network's angle changes by 0 of a constant rate"):
+        leak_rad_s(deaf)
+    with pytest.raises(UserError, match="changes by 0 of"):
+        leak_rad_s(LinearRecursion(100.0, (0.01, -0.01), (0.9,)))
 
 
 def test_a_walk_is_followed_from_an_unknown_start():

@@ -1,0 +1,15 @@
+"""A message for the user is one line, whatever it quotes."""
+
+import pickle
+
+import pytest
+
+from narx.errors import RecordingError, UserError
+
+
+@pytest.mark.parametrize("line_break", ["\n", "\r\n", "\v", "\f", "\x1e", "\x85", "\u2028"])
+def test_breaks_in_a_quoted_name_do_not_begin_a_line(line_break):
+    error = RecordingError(f"walk.csv: no column 'time_s'; found a{line_break}b")
+    assert str(error) == "walk.csv: no column 'time_s'; found a b"
+    assert isinstance(error, UserError)
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)  # as from a worker process
