@@ -1,6 +1,7 @@
 """Motions whose angles, angular rates and specific force are known exactly."""
 
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +13,9 @@ from scipy.spatial.transform import Rotation
 from narx.kinematics.segment_angles import orientation_from_angles
 from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
+
+# modules that tests share; at the end, since this folder has a folder narx as well
+sys.path.append(str(Path(__file__).parent))
 
 
 @dataclass(frozen=True)
