@@ -9,8 +9,8 @@ from narx.datasets.tracked_sensor import (
     RawSensor,
     align_sensors,
     on_clock,
-    tracked_poses,
 )
+from narx.datasets.tracking_faults import tracked_poses
 from narx.errors import RecordingError
 from narx.recordings.clock_alignment import estimate_clock_offset
 from narx.recordings.resampling import resample_quaternions, uniform_clock

@@ -63,9 +63,12 @@ def test_too_short_a_walk_is_refused(make_walk):
 
 
 def test_it_begins_and_ends_at_a_minimum(walk):
-    angle = swing(walk, "giof").reference_deg
-    assert angle[0] < angle[1]
-    assert angle[-1] < angle[-2]
+    """Straight lines between the samples at 50 Hz have their minima at samples."""
+    angles = swing(walk, "giof")
+    assert angles.reference_deg[0] < angles.reference_deg[1]
+    assert angles.reference_deg[-1] < angles.reference_deg[-2]
+    ends = 50.0 * angles.time_s[[0, -1]]
+    np.testing.assert_allclose(ends, ends.round(), atol=1e-6)
 
 
 def _zigzag(*corners, corner_s=0.3):

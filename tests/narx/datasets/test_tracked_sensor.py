@@ -15,10 +15,9 @@ from narx.datasets.joint_1to3dof import Joint1To3Dof
 from narx.datasets.tracked_sensor import (
     RawSensor,
     align_sensors,
-    tracked_poses,
     turn_frame,
-    without_spikes,
 )
+from narx.datasets.tracking_faults import tracked_poses, without_spikes
 from narx.errors import RecordingError, UserError
 from narx.kinematics.joint_angles import grood_suntay
 from narx.kinematics.segment_angles import gyroscope_xyz, orientation_from_angles
