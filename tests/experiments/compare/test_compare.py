@@ -15,8 +15,13 @@ from narx.errors import UserError
 pytest.importorskip("plotly")
 pytest.importorskip("pyarrow")
 
+from narx.evaluation.results import COLUMNS, NAMES, results_table, write_results
+from narx.evaluation.significance import paired_test
 from narx.experiments.compare.__main__ import compare, main
-from narx.experiments.compare.report import readable, settings_figure
+from narx.experiments.compare.distinct import distinct_runs
+from narx.experiments.compare.pairing import compare_pair
+from narx.experiments.compare.report import angle_figures, readable, settings_figure
+from narx.experiments.compare.runs import find_runs
 
 # held-out error by hidden neurons and seed
 ERRORS = {2: [1.5, 1.7, 1.9], 3: [1.0, 1.1, 1.5]}
@@ -97,6 +102,72 @@ def test_two_configurations_are_compared_on_the_same_seeds_and_folds(sweep):
     make_run(sweep / "other_fold", 3, 7, 1.0, fold="A")
     make_run(sweep / "other_fold_2", 2, 7, 9.0, fold="B")
     assert "on the same 3 seeds: -0.500" in compare([sweep], None, (1, 2), None)
+
+
+def _results(rng, more):
+    """Three trials of five people, of the network and of another method that is much worse."""
+    names = dict.fromkeys(NAMES, "x")
+    return results_table(
+        dict.fromkeys(COLUMNS, 0)
+        | names
+        | {"subject": person, "trial": trial, "axis": "sagittal", "method": method, "n_samples": 9}
+        | {"rmse_deg": rng.uniform(1.0, 2.0) + more + 50.0 * (method != "narx")}
+        for person in ("P1", "P2", "P3", "P4", "P5")
+        for trial in "123"
+        for method in ("narx", "vqf")
+    )
+
+
+def test_without_folds_the_networks_errors_of_a_person_are_a_pair(tmp_path):
+    rng, means = np.random.default_rng(0), []
+    for run, more in (("a", 0.0), ("b", 0.4)):
+        results = _results(rng, more)
+        (tmp_path / run).mkdir()
+        write_results(results, tmp_path / run / "results.csv")
+        network = results[results["method"] == "narx"]
+        means.append(network.groupby("subject")["rmse_deg"].mean().to_numpy())
+    table = pd.DataFrame({"rank": [1, 2], "run": ["a", "b"], "fold": "", "rmse_deg": [1.0, 2.0]})
+    folders = {run: tmp_path / run for run in "ab"}
+    pairing = compare_pair(table, folders, "rmse_deg", 1, 2)
+    assert (pairing.unit, pairing.test.n) == ("person", 5)
+    expected = paired_test(*means)
+    assert pairing.test.difference == pytest.approx(expected.difference)
+    assert pairing.test.p_permutation == expected.p_permutation
+    assert pairing.test.difference < -0.1
+
+
+def test_the_error_of_a_benchmark_is_the_mean_over_segments_and_axes(tmp_path):
+    make_run(tmp_path / "a", 3, 0, 1.0)
+    metrics = {"rmse_deg/knee/sagittal/narx": 1.0, "rmse_deg/knee/frontal/narx": 3.0,
+               "rmse_deg/thigh/frontal/narx": 8.0, "rmse_deg/knee/frontal/vqf": 99.0}  # fmt: skip
+    (tmp_path / "a" / "metrics.json").write_text(json.dumps(metrics))
+    (run,), _ = find_runs([tmp_path])
+    assert run.metrics["rmse_deg"] == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("relative", "same"), [(1e-7, True), (1e-5, False)])
+def test_results_of_one_run_differ_by_rounding_at_most(tmp_path, relative, same):
+    for name, error in (("a", 1.0), ("b", 1.0 + relative)):
+        make_run(tmp_path / name, 3, 0, error)
+    runs, _ = find_runs([tmp_path])
+    if same:
+        assert len(distinct_runs(runs)) == 1
+    else:
+        with pytest.raises(UserError, match="the same configuration and seed"):
+            distinct_runs(runs)
+
+
+def test_the_differences_have_their_mean_and_limits(tmp_path):
+    make_run(tmp_path / "a", 3, 0, 1.0)
+    error = np.sin(np.arange(0, 2, 0.1))
+    *_, differences = angle_figures(tmp_path / "a").values()
+    for k in range(3):
+        np.testing.assert_allclose(differences.data[k].x, error / 2)
+        np.testing.assert_allclose(differences.data[k].y, error)
+    lines = sorted(shape.y0 for shape in differences.layout.shapes)
+    spread = 1.96 * error.std(ddof=1)
+    expected = np.repeat([error.mean() - spread, error.mean(), error.mean() + spread], 3)
+    np.testing.assert_allclose(lines, expected)
 
 
 def test_another_metric(sweep):
