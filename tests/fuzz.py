@@ -15,7 +15,6 @@ kind of fault is printed once, with the file of its input in ``fuzzed/TARGET``; 
 
 import os
 import re
-import subprocess
 import sys
 import time
 from hashlib import sha256
@@ -52,10 +51,14 @@ def not_instrumented() -> list[str]:
     return [name.removesuffix(".__init__") for name in every if not name.startswith(wanted)]
 
 
+# what is read may take a quarter of the memory that ends the process
+os.environ |= {"NARX_MAX_MEMORY_MIB": str(_MEMORY_MB // 4), "OMP_NUM_THREADS": "1"}
+with atheris.instrument_imports(include=["narx"], exclude=not_instrumented()):
+    import fuzz_targets
+
+
 def fuzz(target: str, seconds: int, folder: Path) -> None:
     """Run one target; does not return."""
-    with atheris.instrument_imports(include=["narx"], exclude=not_instrumented()):
-        import fuzz_targets
     kept = folder / "kept"
     kept.mkdir(parents=True, exist_ok=True)
     for name, content in fuzz_targets.whole_files(target).items():
@@ -85,27 +88,25 @@ def fuzz(target: str, seconds: int, folder: Path) -> None:
 
 def main(target: str, seconds: str = "60", folder: str = "fuzzed") -> int:
     """Run one target or all of them, each in a process of its own."""
-    targets = [path.name for path in sorted((TESTS / "corpus").iterdir())]
-    if target not in ("all", *targets):
-        print(f"no target '{target}', expected all, {', '.join(targets)}", file=sys.stderr)
+    if target not in ("all", *fuzz_targets.TARGETS):
+        print(f"no target '{target}': all, {', '.join(fuzz_targets.TARGETS)}", file=sys.stderr)
         return 2
-    chosen = targets if target == "all" else [target]
+    chosen = list(fuzz_targets.TARGETS) if target == "all" else [target]
     faults = 0
     for one in chosen:
-        place = Path(folder).resolve() / one
+        place, begun = Path(folder).resolve() / one, time.time()
         place.mkdir(parents=True, exist_ok=True)
-        each = max(1, int(seconds) // len(chosen))
-        command = [sys.executable, __file__, "--one", one, str(each), str(place)]
-        # what is read may take as much memory as half of what ends the process
-        limits = {"NARX_MAX_MEMORY_MIB": str(_MEMORY_MB // 4), "OMP_NUM_THREADS": "1"}
         log = place / "log.txt"
-        begun = time.time()
-        with log.open("w") as stream:
-            subprocess.run(command, stderr=stream, env=os.environ | limits, check=False)
+        # libFuzzer ends its process; the imports, which take the longest, are shared
+        process = os.fork()
+        if process == 0:
+            with log.open("w") as stream:
+                os.dup2(stream.fileno(), sys.stderr.fileno())
+            fuzz(one, max(1, int(seconds) // len(chosen)), place)
+        os.waitpid(process, 0)
         said = log.read_text(errors="replace")
         done = re.search(r"number_of_executed_units: (\d+)", said)
-        inputs = sorted(place.glob("*-*"))
-        new = [path for path in inputs if path.stat().st_mtime >= begun]
+        new = [path for path in sorted(place.glob("*-*")) if path.stat().st_mtime >= begun]
         faults += len(new) + (done is None)
         count = f"{done[1]} inputs" if done else f"stopped, {said.strip().splitlines()[-1:]}"
         print(f"{one}: {count}, {len(new)} faults", *new, flush=True)
@@ -113,8 +114,6 @@ def main(target: str, seconds: str = "60", folder: str = "fuzzed") -> int:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--one"]:
-        fuzz(sys.argv[2], int(sys.argv[3]), Path(sys.argv[4]))
     if not 2 <= len(sys.argv) <= 4:
         sys.exit(__doc__)
     sys.exit(main(*sys.argv[1:]))

