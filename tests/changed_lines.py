@@ -10,6 +10,7 @@ The changes are made in a copy of the package. Every test run is a forked child 
 has imported the libraries already, so an entry takes little more than its tests.
 """
 
+import gc
 import importlib
 import os
 import shutil
@@ -25,7 +26,9 @@ _ROOT = Path(__file__).parents[1]
 _COPIED = ("narx", "baselines", "experiments", "configs", "tests", "docs")
 _FILES = ("pyproject.toml", "README.md")
 # slow to import; nothing of the package itself, which each child imports from the copy
-LIBRARIES = ("torch", "scipy.stats", "scipy.signal", "pandas", "numba", "pytest")
+LIBRARIES = (
+    "torch", "scipy.stats", "scipy.signal", "pandas", "numba", "hydra", "hypothesis", "pytest",
+)  # fmt: skip
 NOT_NOTICED, NOTICED = 0, 1  # exit statuses of pytest: all passed, some failed
 # a change may make a loop endless or an array huge
 _LONGEST_S, _MOST_BYTES = 300, 8 << 30
@@ -106,9 +109,12 @@ def _run_tests(change: Change, package: Path) -> None:
     os.dup2(log, 2)
     import pytest
 
+    gc.freeze()  # pytest collects garbage at its end, not that of the libraries
     status = 70  # an internal error, unless pytest returns
     try:
-        status = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *change.tests]))
+        # pytest warns of hypothesis, whose asserts it would rewrite for seconds
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-W", "ignore:Module already imported"]
+        status = int(pytest.main([*options, *change.tests]))
         sys.stdout.flush()
     except BaseException:
         traceback.print_exc()

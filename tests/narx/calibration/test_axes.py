@@ -23,7 +23,18 @@ RATE_HZ = 100.0
 @pytest.mark.parametrize(
     ("frequency_hz", "gain"),
     # half of the power is left at a cut-off, and the filter runs forwards and backwards
-    [(0.05, 0.0), (0.5, 0.5), (1.0, 0.97), (3.0, 1.0), (10.0, 0.5), (25.0, 0.0)],
+    # 1 / (1 + ((f f - 0.5 h) / (f (h - 0.5)))^4) for second order, frequencies warped by the
+    # bilinear transform: h is that of 10 Hz
+    [
+        (0.05, 0.0),
+        (0.35, 0.178),
+        (0.5, 0.5),
+        (1.0, 0.97),
+        (3.0, 1.0),
+        (10.0, 0.5),
+        (14.0, 0.17),
+        (25.0, 0.0),
+    ],
 )
 def test_the_band_of_walking(frequency_hz, gain):
     time_s = np.arange(0.0, 120.0, 1 / RATE_HZ)
@@ -36,18 +47,31 @@ def test_the_band_of_walking(frequency_hz, gain):
 
 def test_gaps_and_short_pieces_have_no_band():
     rate = np.random.default_rng(0).normal(size=(1000, 3))
-    rate[500] = rate[590] = np.nan
+    rate[500] = rate[590] = rate[701] = np.nan
     found = np.isfinite(walking_band(rate, RATE_HZ)).all(axis=1)
     assert found[:500].all()
     assert not found[500:591].any()  # 0.9 s
-    assert found[591:].all()
+    assert found[591:701].all()  # 1.1 s
+    assert not found[701]
+    assert found[702:].all()
+
+
+def test_a_slow_sensor_has_the_part_of_the_band_that_it_measures():
+    """At 16 Hz there is nothing above 8 Hz; 2 Hz pass."""
+    rate = np.sin(2 * np.pi * 2.0 * np.arange(1600) / 16.0)[:, None] * [1.0, -2.0, 0.5]
+    np.testing.assert_allclose(walking_band(rate, 16.0)[200:-200], rate[200:-200], atol=0.02)
 
 
 @pytest.mark.parametrize("size", [8.1, 9.81, 11.9])
 def test_up_is_the_mean_specific_force(size):
     force = np.tile([0.6 * size, 0.0, 0.8 * size], (5, 1))
-    force[2] = np.nan
+    force[2, 1] = np.nan
     np.testing.assert_allclose(up_from_gravity(force, "x"), [0.6, 0.0, 0.8])
+
+
+def test_a_fifth_of_the_samples_turns_the_mean():
+    force = np.array([[0.0, 0.0, 9.81]] * 4 + [[9.81, 0.0, 0.0]])
+    np.testing.assert_allclose(up_from_gravity(force, "x"), np.array([1, 0, 4]) / np.sqrt(17))
 
 
 @pytest.mark.parametrize(("size", "message"), [(7.9, "7.90"), (12.1, "12.10"), (np.nan, "no acc")])

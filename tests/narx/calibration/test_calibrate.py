@@ -169,6 +169,55 @@ def test_heading_of_the_calibration_posture_is_removed(heading, frame):
     assert np.degrees(np.abs(angles - walk)).max() < 0.5
 
 
+@pytest.mark.parametrize("frame", ["sensor", "anatomical"])
+def test_the_posture_is_that_of_the_first_still_part(frame):
+    """At the end the person stands leaning, and faces another way."""
+    mounting = Rotation.random(random_state=3)
+    trial, walk = _trial("thigh_right", mounting, frame=frame)
+    walk = walk + np.clip((_time(30.0)[:, None] - 25.0) / 2.0, 0.0, 1.0) * [0.3, 0.1, 1.2]
+    walk[2700:] = walk[2700]
+    walked = _orientation(walk, "right")
+    tracked = walked * mounting.inv() if frame == "sensor" else walked
+    reference = ReferenceOrientation("thigh_right", tracked.as_quat(scalar_first=True), frame)
+    lifts = {name: part for name, part in trial.calibration.items() if name != "standing"}
+    trial = replace(
+        trial, imus={"thigh_right": _imu("thigh_right", walked, mounting)},
+        reference={"thigh_right": reference}, calibration=lifts,
+        still_s=((0.0, 2.9), (27.2, 29.8)), starts_in_calibration_posture=False,
+    )  # fmt: skip
+    calibrated = calibrate(trial, "functional")["thigh_right"]
+    assert _error_deg(calibrated.sensor_to_anatomical, mounting) < 0.5
+    assert np.degrees(np.abs(calibrated.reference_angles_rad - walk)).max() < 1.0
+
+
+def test_a_posture_that_the_reference_has_not_seen_is_none():
+    """The first sample is the posture, and missing: the walk's heading stays."""
+    trial, walk = _trial("thigh_right", Rotation.identity(), heading=0.3, still_s=())
+    trial.reference["thigh_right"].quaternion_wxyz[0] = np.nan
+    angles = calibrate(trial, "functional")["thigh_right"].reference_angles_rad
+    assert np.degrees(np.abs(angles - walk - [0.0, 0.0, 0.3])[1:]).max() < 0.5
+
+
+def test_standing_is_preferred_to_the_walk_for_the_vertical():
+    """The thigh is flexed by 12 degrees on average in the walk, as most are."""
+    mounting = Rotation.random(random_state=4)
+    trial, walk = _trial("thigh_right", mounting, movements=False)
+    walk = walk + np.clip((_time(30.0)[:, None] - 3.0) / 2.0, 0.0, 1.0) * [0.2, 0.0, 0.0]
+    leaning = _imu("thigh_right", _orientation(walk, "right"), mounting)
+    found = calibrate(replace(trial, imus={"thigh_right": leaning}), "walking")["thigh_right"]
+    up = found.sensor_to_anatomical.apply(mounting.apply([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(up, [0.0, 0.0, 1.0], atol=1e-6)
+
+
+def test_a_sensor_without_standing_is_upright_over_its_first_second():
+    tilt = np.clip(_time(20.0) - 1.0, 0.0, 0.5)
+    mounting = Rotation.from_euler("XY", [0.4, -0.2])
+    leaning = _imu("imu1", Rotation.from_rotvec(np.outer(tilt, [0.0, 1.0, 0.0])), mounting)
+    (found,) = calibrate(Trial("d", "s", "c", "t", _RATE_HZ, {"imu1": leaning}), "sensor").values()
+    up = found.sensor_to_anatomical.apply(mounting.apply([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(up, [0.0, 0.0, 1.0], atol=1e-6)
+
+
 def test_anatomical_reference_is_made_upright_in_the_posture():
     trial, walk = _trial("thigh_right", Rotation.identity(), frame="anatomical")
     markers = Rotation.from_euler("ZYX", [0.0, 0.12, -0.08])  # joint centres are not vertical
@@ -348,12 +397,15 @@ def test_kind_of():
     assert kind_of("imu1") == "imu1"
 
 
-def _leg_trial(side, mountings, abduction_off=0.0, thigh_tissue=0.0, flexion_off=0.0):
+def _leg_trial(side, mountings, abduction_off=0.0, thigh_tissue=0.0, flexion_off=0.0, bias=_BIAS):
     """A leg that abducts and flexes its knee about axes rotated about z (angles in rad)."""
     still = np.zeros((500, 3))
     lift, swing = np.zeros((len(_time(10.0)), 3)), np.zeros((len(_time(10.0)), 3))
     lift[:, 1] = _lifts(np.radians(30.0))
     swing[:, 0] = _lifts(np.radians(50.0))
+
+    def imu(segment, anatomical):
+        return _imu(segment, anatomical, mountings[segment], bias)
 
     def turned(angles, off):
         turn = Rotation.from_euler("Z", off)
@@ -361,17 +413,17 @@ def _leg_trial(side, mountings, abduction_off=0.0, thigh_tissue=0.0, flexion_off
 
     thigh, shank = f"thigh_{side}", f"shank_{side}"
     calibration = {
-        "standing": {s: _imu(s, _orientation(still, side), m) for s, m in mountings.items()},
+        "standing": {s: imu(s, _orientation(still, side)) for s in mountings},
         f"hip_abduction_{side}": {
-            thigh: _imu(thigh, turned(lift, abduction_off + thigh_tissue), mountings[thigh]),
-            shank: _imu(shank, turned(lift, abduction_off), mountings[shank]),
+            thigh: imu(thigh, turned(lift, abduction_off + thigh_tissue)),
+            shank: imu(shank, turned(lift, abduction_off)),
         },
         f"knee_flexion_{side}": {
-            thigh: _imu(thigh, _orientation(0 * swing, side), mountings[thigh]),
-            shank: _imu(shank, turned(swing, flexion_off), mountings[shank]),
+            thigh: imu(thigh, _orientation(0 * swing, side)),
+            shank: imu(shank, turned(swing, flexion_off)),
         },
     }
-    walk = {s: _imu(s, _orientation(_walk_angles(), side), m) for s, m in mountings.items()}
+    walk = {s: imu(s, _orientation(_walk_angles(), side)) for s in mountings}
     return Trial("made", "s", "c", "t", _RATE_HZ, walk, calibration=calibration)
 
 
@@ -394,6 +446,23 @@ def test_leg_calibration_recovers_any_mounting_and_halves_the_error_of_one_movem
             # a rotation of the axis by `off` rotates the estimated frame by -off about z
             error = (calibrated.sensor_to_anatomical * mountings[segment]).as_rotvec(degrees=True)
             assert error == pytest.approx([0.0, 0.0, -off], abs=0.3), (mode, segment)
+
+
+def test_the_bias_of_each_sensor_of_the_leg_is_removed():
+    """Six deg/s are further than any movement leads, in ten seconds."""
+    mountings = {"thigh_left": Rotation.identity(), "shank_left": Rotation.identity()}
+    for sign in (1.0, -1.0):
+        trial = _leg_trial("left", mountings, bias=np.full(3, sign * 0.1))
+        for segment, calibrated in calibrate(trial, "leg").items():
+            assert _error_deg(calibrated.sensor_to_anatomical, mountings[segment]) < 0.2
+
+
+def test_an_abduction_that_the_shank_did_not_record_is_one_of_the_thigh():
+    mountings = {"thigh_left": Rotation.identity(), "shank_left": Rotation.identity()}
+    trial = _leg_trial("left", mountings)
+    del trial.calibration["hip_abduction_left"]["shank_left"]
+    for calibrated in calibrate(trial).values():
+        assert any(note.startswith("functional:") for note in calibrated.notes)
 
 
 def test_a_leg_without_its_other_sensor_falls_back_with_a_note():

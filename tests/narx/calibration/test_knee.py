@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from narx.calibration.calibrate import LEG_HEADING_SD_DEG, calibrate
-from narx.calibration.knee import ABDUCTION_DEG, _integrated, knee_headings
+from narx.calibration.knee import ABDUCTION_DEG, _first_steps, _integrated, knee_headings
 from narx.calibration.walking import HEADING_SD_DEG
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.kinematics.joint_angles import orientation_from_joint_angles
@@ -153,6 +153,33 @@ def test_a_gap_ends_what_the_knee_is_seen_in():
     assert not any(_turned(early).values())
     assert not any(_turned(both).values())
     assert all(_turned(late).values())
+
+
+@pytest.mark.parametrize(
+    ("still_s", "walking_s", "gap_s", "expected_s"),
+    [
+        (((0.0, 1.9),), None, None, (1.9, 61.9)),  # a minute
+        (((0.0, 1.9), (80.0, 90.0)), (3.0, 99.0), None, (1.9, 63.0)),  # of the walk
+        (((0.0, 1.9),), (3.0, 20.0), None, (1.9, 20.0)),
+        (((0.0, 1.9),), (1.0, 99.0), None, (1.9, 61.9)),
+        ((), (0.5, 99.0), None, (0.0, 60.5)),  # the first sample is the posture
+        (((0.0, 1.9),), (6.8, 99.0), None, (1.9, 66.8)),
+        (((0.0, 1.9),), (7.0, 99.0), None, None),  # more than five seconds before the walk
+        (((40.0, 50.0),), (3.0, 40.0), None, None),  # after the walk
+        (((0.0, 1.9),), None, 30.0, (1.9, 29.9)),
+        (((0.0, 1.9),), None, 1.0, (1.9, 61.9)),  # a gap before the walk
+    ],
+)
+def test_the_walk_that_tells_of_the_knee(still_s, walking_s, gap_s, expected_s):
+    time_s = np.arange(1000) / 10.0
+    imu = ImuRecording("thigh", time_s, np.zeros((1000, 3)), np.zeros((1000, 3)))
+    trial = Trial(
+        "made", "s", "c", "t", 10.0, {"thigh": imu}, still_s=still_s, walking_s=walking_s,
+        starts_in_calibration_posture=True,
+    )  # fmt: skip
+    found = time_s[_first_steps(trial, time_s != gap_s)]
+    assert (None if not len(found) else (found[0], found[-1])) == expected_s
+    assert len(found) == 0 or len(found) == round(10.0 * (found[-1] - found[0])) + 1
 
 
 def test_simulated_knees_agree_better_with_their_bones():

@@ -1,5 +1,7 @@
 """The bias from a sensor at rest, or else from all standing, weighted by precision."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
@@ -15,8 +17,8 @@ def _noise(n, scale, seed=0):
     return np.random.default_rng(seed).normal(scale=scale, size=(n, 3))
 
 
-def _recording(gyroscope):
-    time = np.arange(len(gyroscope)) / _RATE_HZ
+def _recording(gyroscope, rate_hz=_RATE_HZ):
+    time = np.arange(len(gyroscope)) / rate_hz
     return ImuRecording("thigh", time, gyroscope, np.zeros_like(gyroscope))
 
 
@@ -104,12 +106,15 @@ def test_a_restless_stand_counts_less_and_none_is_none():
     assert static_bias(_trial(walk), "thigh") is None
 
 
-def test_weights_of_standing_parts_by_hand():
+@pytest.mark.parametrize("rate_hz", [50.0, 100.0])
+def test_weights_of_standing_parts_by_hand(rate_hz):
     """The inverse variance of the mean rate: (duration / SD of the angle between the ends)^2."""
     alternating = np.where(np.arange(2000) % 2, 1.0, -1.0)[:, None] * [1.0, 0.0, 0.0]
-    standing = [0.02, 0.0, 0.0] + 0.01 * alternating[:800]
+    standing = [0.02, 0.0, 0.0] + 0.01 * alternating[: round(8 * rate_hz)]
     walk = np.vstack([[0.05, 0.0, 0.0] + 0.03 * alternating[:400], _noise(600, 1.0)])
-    part = static_bias(_trial(walk, [(0.0, 3.995)], standing=standing), "thigh")
+    trial = _trial(walk, [(0.0, 3.995)])
+    trial = replace(trial, calibration={"standing": {"thigh": _recording(standing, rate_hz)}})
+    part = static_bias(trial, "thigh")
     weights = np.array([(8.0 / 0.01) ** 2, (4.0 / 0.03) ** 2])
     weights /= weights.sum()
     assert part.bias_rad_s == pytest.approx([weights @ [0.02, 0.05], 0.0, 0.0])
@@ -126,3 +131,10 @@ def test_handling_is_faster_than_2_deg_s_and_taken_out_with_half_a_second(rate_d
         assert found == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
     else:
         assert found[0] == pytest.approx(0.01 * 290 / 3000)
+
+
+def test_noise_above_2_deg_s_is_not_handling():
+    """Averaged over a tenth of a second, ten samples, it is a third as large."""
+    still = _BIAS + _noise(3000, np.radians(1.0))
+    found = resting_mean(still, _RATE_HZ, "x").bias_rad_s
+    assert found == pytest.approx(still.mean(axis=0), abs=1e-12)

@@ -236,3 +236,29 @@ def test_mid_stance_ends_at_the_deeper_of_two_dips(depths):
     d = gait_phases(rate, 100.0).times_s["d"]
     deeper_s = (0.5, 0.75)[int(np.argmax(depths))]
     np.testing.assert_allclose(d[2:-2] % 1.1, deeper_s, atol=0.03)
+
+
+@pytest.mark.parametrize("frequency_hz", [3.0, 4.0, 6.0, 9.0])
+def test_the_low_pass_is_of_second_order_forwards_and_backwards(frequency_hz):
+    """Once each way: the power that a Butterworth filter passes, 1 / (1 + (f / 6 Hz)^4)."""
+    wave = np.sin(2 * np.pi * frequency_hz * np.arange(4000) / 1000.0)
+    smooth, _ = smooth_rate_and_derivative(wave, 1000.0)
+    gain = 1.0 / (1.0 + (frequency_hz / 6.0) ** 4)
+    np.testing.assert_allclose(smooth[1000:-1000], gain * wave[1000:-1000], atol=2e-3)
+
+
+@pytest.mark.parametrize(("strides", "found"), [(1.9, False), (2.9, True)])
+def test_a_piece_of_two_strides_is_the_shortest(strides, found):
+    """A gap on either side of it; all else is a walk."""
+    rate = thigh_rate()
+    begin_s, end_s = 10.0, 10.0 + strides / STRIDE_HZ
+    begin, end = round(100 * begin_s), round(100 * end_s)
+    rate[begin - 5 : begin] = rate[end : end + 5] = np.nan
+    times = np.concatenate(list(gait_phases(rate, 100.0).times_s.values()))
+    assert ((times > begin_s) & (times < end_s)).any() == found
+
+
+def test_the_usual_stride_is_the_median():
+    """Two pauses of 8 s among four strides of 1 s would make a mean of 3.3 s."""
+    found = phases_at([0.0, 1.0, 9.0, 10.0, 11.0, 19.0, 20.0, 22.0]).stride_times_s("e")
+    np.testing.assert_allclose(found, [1.0, np.nan, 1.0, 1.0, np.nan, 1.0, np.nan])

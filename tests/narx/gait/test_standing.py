@@ -119,3 +119,19 @@ def test_thresholds_rise_above_the_first_second_and_never_fall():
     # later samples do not matter
     rates[100:] = 5.0
     assert thresholds.raised_for_shaky_legs(rates, force, RATE_HZ).rate_rad_s == pytest.approx(0.6)
+
+
+def test_fifty_samples_at_100_hz_are_enough_and_49_are_not():
+    for n, expected in ((50, True), (49, False)):
+        rates, force = still(200)
+        rates[n:, 0] = 1.0
+        assert still_samples(rates, force, RATE_HZ).any() == expected
+
+
+def test_a_sinusoidal_tremor_stays_below_twice_its_mean():
+    """Its peaks are pi / 2 times its mean magnitude."""
+    rates, force = still(1000)
+    rates[:, 0] = 0.4 * np.sin(2 * np.pi * 8.0 * np.arange(1000) / RATE_HZ)
+    raised = StillThresholds().raised_for_shaky_legs(rates, force, RATE_HZ)
+    assert raised.rate_rad_s == pytest.approx(2.0 * 0.4 * 2.0 / np.pi, rel=0.03)
+    assert still_samples(rates, force, RATE_HZ, raised).all()

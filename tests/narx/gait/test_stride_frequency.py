@@ -174,3 +174,40 @@ def test_the_low_pass_of_the_tracker_lets_strides_pass():
     rate = 0.3 * np.cos(2 * np.pi * 0.9 * np.arange(6000) / 100.0)
     followed = StrideFrequencyTracker(start_frequency_hz=1.3).follow(rate, 100.0)
     assert followed[-1] == pytest.approx(0.9, rel=0.01)
+
+
+@pytest.mark.parametrize("stride_hz", [0.43, 1.72])
+def test_very_slow_and_very_fast_strides_are_strides(stride_hz):
+    rate = thigh_rate(stride_hz, 100.0, 60.0)
+    assert stride_frequency_hz(rate, 100.0) == pytest.approx(stride_hz, rel=0.01)
+    followed = StrideFrequencyTracker().follow(rate, 100.0)
+    assert followed[-1] == pytest.approx(stride_hz, rel=0.03)
+
+
+@pytest.mark.parametrize(("share", "is_walking"), [(0.3, False), (0.5, True)])
+def test_two_fifths_of_the_power_has_to_repeat(share, is_walking):
+    """With white noise the correlation after a stride is the share of the periodic power."""
+    noise = np.random.default_rng(4).normal(0.0, np.sqrt(0.5 * (1 / share - 1)), 12000)
+    rate = np.cos(2 * np.pi * 0.9 * np.arange(12000) / 100.0) + noise
+    assert np.isfinite(stride_frequency_hz(rate, 100.0)) == is_walking
+
+
+def test_the_mean_does_not_count_as_repeating():
+    rate = 5.0 + np.random.default_rng(5).normal(0.0, 0.5, 6000)
+    assert np.isnan(stride_frequency_hz(rate, 100.0))
+
+
+def test_the_running_mean_square_has_a_time_constant_of_3_s():
+    """Strides a fifth as large are seen when half the running RMS has fallen below their peak.
+
+    The mean square m of the large ones falls to that of the small ones as exp(-t / 3 s).
+    """
+    time_s = np.arange(6000) / 100.0
+    phase = np.cumsum(np.where(time_s < 30.0, 0.9, 1.2)) / 100.0
+    rate = np.where(time_s < 30.0, 3.0, 0.6) * np.cos(2 * np.pi * phase)
+    followed = StrideFrequencyTracker(low_pass_hz=30.0).follow(rate, 100.0)
+    large, small = 3.0**2 / 2, 0.6**2 / 2
+    seen_s = 3.0 * np.log((large - small) / (4 * 0.6**2 - small))
+    changed_s = time_s[np.flatnonzero(followed > followed[3000] + 0.01)[0]] - 30.0
+    # and a stride is measured from one crossing to the next
+    assert seen_s + 1 / 1.2 - 0.1 < changed_s < seen_s + 2 / 1.2 + 0.1

@@ -36,6 +36,14 @@ def test_what_a_leg_does_passes_and_degrees_do_not():
         warn_of_degrees(SLOW_DEG_S, "walk")
 
 
+def test_missing_samples_do_not_make_rates_smaller():
+    """Eleven rad/s where there is a sample, in a fourth of the rows."""
+    rates = np.full((400, 3), np.nan)
+    rates[::4] = 11.0
+    with pytest.warns(UserWarning, match="root mean square of 11 rad/s"):
+        warn_of_degrees(rates, "walk")
+
+
 def test_degrees_are_seen_amid_rest():
     """A tenth of the time at 40: root mean square 12.6, mean size 4."""
     rates = np.zeros((1000, 3))

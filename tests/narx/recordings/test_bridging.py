@@ -19,9 +19,11 @@ def _holed(values, *gaps):
 
 
 @pytest.mark.parametrize("rate_hz", [25.0, 100.0, 250.0])
-def test_a_sum_of_sines_is_continued_over_most_of_a_period(rate_hz):
+# with a third of the samples missing, a model of the rest with zeros in the gaps is wrong by 0.12
+@pytest.mark.parametrize("begins_s", [(8.0, 15.0, 22.3), np.arange(3.0, 28.0, 2.5)])
+def test_a_sum_of_sines_is_continued_over_most_of_a_period(rate_hz, begins_s):
     values = _sines(np.arange(int(30 * rate_hz)) / rate_hz)
-    gaps = [(int(s * rate_hz), int((s + 0.8) * rate_hz)) for s in (8.0, 15.0, 22.3)]
+    gaps = [(int(s * rate_hz), int((s + 0.8) * rate_hz)) for s in begins_s]
     filled = bridged(_holed(values, *gaps), rate_hz, 1.0)
     # a straight line is wrong by more than the amplitude
     assert np.abs(filled - values).max() < 0.05

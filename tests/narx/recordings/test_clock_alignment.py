@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from narx.errors import RecordingError
 from narx.recordings.clock_alignment import (
+    _MeanRates,
     estimate_clock_offset,
     estimate_heading_misalignment,
     estimate_misalignment,
@@ -15,11 +16,11 @@ from narx.recordings.clock_alignment import (
 _RATE_HZ = 1000.0
 
 
-def _motion(seed=0, duration_s=20.0):
+def _motion(seed=0, duration_s=20.0, mean_rad_s=0.0):
     """Orientation (fine clock) and exact body rates of a smooth random motion."""
     rng = np.random.default_rng(seed)
     knots = np.arange(0.0, duration_s + 1.0, 0.15)
-    rate = CubicSpline(knots, rng.normal(scale=1.5, size=(len(knots), 3)))
+    rate = CubicSpline(knots, mean_rad_s + rng.normal(scale=1.5, size=(len(knots), 3)))
     time = np.arange(0.0, duration_s, 1.0 / _RATE_HZ)
     steps = Rotation.from_rotvec(rate(time + 0.5 / _RATE_HZ) / _RATE_HZ)
     orientation = [Rotation.identity()]
@@ -185,3 +186,65 @@ def test_the_residual_is_per_axis(motion):
     # spline smoothing and averaging between samples leave about two thirds of the noise
     assert 0.05 < fit.residual_rad_s < 0.1
     assert fit.inlier_share == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("noise_rad_s", "refused"), [(1.3, False), (2.5, True)])
+def test_speeds_that_correlate_by_half_belong_together(motion, noise_rad_s, refused):
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    noise = np.random.default_rng(8).normal(scale=noise_rad_s, size=(len(imu_time), 3))
+    gyroscope = motion[2](imu_time - 0.05) + noise
+    if refused:
+        with pytest.raises(RecordingError, match="no offset within"):
+            estimate_clock_offset(imu_time, gyroscope, *_optical(motion, 62.5))
+        return
+    found, correlation = estimate_clock_offset(imu_time, gyroscope, *_optical(motion, 62.5))
+    assert found == pytest.approx(0.05, abs=0.005)
+    assert 0.55 < correlation < 0.85
+
+
+@pytest.mark.parametrize("mirror", [np.diag([1.0, -1.0, 1.0]), np.eye(3)[[1, 0, 2]]])
+def test_a_mirrored_or_exchanged_axis_is_explained_by_a_reflection(motion, mirror):
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    optical_time, quaternion = _optical(motion, 100.0)
+    fit = estimate_misalignment(imu_time, motion[2](imu_time) @ mirror, optical_time, quaternion)
+    assert fit.explained_mirrored == pytest.approx(1.0, abs=1e-3)
+    assert fit.explained < 0.5
+    straight = estimate_misalignment(imu_time, motion[2](imu_time), optical_time, quaternion)
+    assert straight.explained == pytest.approx(1.0, abs=1e-3)
+    # a reflection of the axis with the least variance has the wrong sign there alone
+    least, *more = np.linalg.eigvalsh(np.cov(motion[2](imu_time).T))
+    share = (sum(more) - least) / (sum(more) + least)
+    assert straight.explained_mirrored == pytest.approx(share**2, abs=0.02)
+
+
+def test_an_offset_at_the_end_of_the_range_may_lie_beyond_it(motion):
+    imu_time = np.arange(0.5, 19.0, 1 / 100.0)
+    gyroscope = motion[2](imu_time - 0.055)
+    with pytest.raises(
+        RecordingError, match=r"within 0\.05 s .* 1\.00 at 0\.050 s"
+    ):
+        estimate_clock_offset(imu_time, gyroscope, *_optical(motion, 62.5), max_offset_s=0.05)
+
+
+def test_a_bias_does_not_turn_the_frame_of_a_body_that_turns_on_and_on():
+    turning = _motion(duration_s=8.0, mean_rad_s=[0.7, -0.4, 0.9])
+    optical = _optical(turning, 100.0)
+    imu_time = np.arange(0.5, 7.5, 1 / 100.0)
+    bias = [1.0, -2.0, 0.5]
+    mounting = Rotation.random(random_state=6)
+    found = estimate_misalignment(imu_time, mounting.apply(turning[2](imu_time)) + bias, *optical)
+    assert np.degrees((found.body_to_sensor * mounting.inv()).magnitude()) < 0.1
+    assert found.rate_offset_rad_s == pytest.approx(bias, abs=2e-3)
+    turned = Rotation.from_euler("Z", 0.31).apply(turning[2](imu_time)) + bias
+    angle = estimate_heading_misalignment(imu_time, turned, *optical)
+    assert angle == pytest.approx(0.31, abs=2e-3)
+
+
+def test_intervals_up_to_a_gap_count_and_those_across_it_do_not():
+    """On one clock of 60 samples without ten: 19 and 29 intervals are left."""
+    time_s = np.arange(60) / 10.0
+    rates = np.zeros((60, 3))
+    rates[20:30] = np.nan
+    still = np.tile([1.0, 0.0, 0.0, 0.0], (60, 1))
+    sensor, body = _MeanRates(time_s, rates, time_s, still, 0.1).at(0.0)
+    assert len(sensor) == len(body) == 48

@@ -7,7 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch.utils.data import DataLoader
 
+from narx.kinematics.segment_angles import coupled_rates
+from narx.method import SegmentSignals
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
 from narx.windows.lagged import LaggedWindows
+from narx.windows.sequences import TrainingSequence
 
 
 def plain_loop(rate, angle, input_lags, output_lags):
@@ -67,3 +72,33 @@ def test_refuses_sequences_of_different_lengths():
         LaggedWindows([np.zeros(4)], [np.zeros(5)])
     with pytest.raises(ValueError, match="lags must be positive"):
         LaggedWindows([np.zeros(4)], [np.zeros(4)], input_lags=0)
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_windows_of_sequences_are_normalised_about_the_mean_angle(coupled):
+    """Row by row: coupled rates, offset and scale, the deviation from the mean, the weights."""
+    rng = np.random.default_rng(1)
+    offsets = (0.0, 0.0) if coupled else (0.1, -0.05)
+    model = Narx(50.0, Normalisation(3.0, 0.5, *offsets), None, odd=coupled, coupled=coupled)
+    sequences = []
+    for n, weight in ((30, 2.0), (20, 0.5)):
+        rates, angles = rng.normal(size=(n, 3)), 0.3 + 0.4 * rng.normal(size=(n, 3))
+        angles[5, 1] = np.nan
+        signals = SegmentSignals("thigh", 50.0, rates, np.zeros((n, 3)), None)
+        sequences.append(TrainingSequence("a", signals, angles, weight))
+    found = LaggedWindows.of_sequences(model, sequences, (1.0, 0.0, 0.25))
+    features, targets, weights = [], [], []
+    for one in sequences:
+        rates, angles = one.signals.axis_rates_rad_s, one.target_rad
+        if coupled:
+            rates = coupled_rates(rates, angles)
+        for axis, weight in ((0, 1.0), (2, 0.25)):
+            v = (rates[:, axis] - offsets[0]) / 3.0
+            p = (angles[:, axis] - np.nanmean(angles[:, axis]) - offsets[1]) / 0.5
+            rows, values = plain_loop(v, p, 2, 2)
+            features.append(rows)
+            targets.append(values)
+            weights.append(np.full(len(values), weight * one.weight))
+    np.testing.assert_allclose(found.features, np.concatenate(features), atol=1e-12)
+    np.testing.assert_allclose(found.targets, np.concatenate(targets), atol=1e-12)
+    np.testing.assert_allclose(found.weights, np.concatenate(weights), atol=1e-12)

@@ -136,3 +136,14 @@ def test_an_axis_without_teacher_starts_from_zero():
 def test_sampling_rates_must_be_the_network_s():
     with pytest.raises(UserError, match=r"training: b is sampled at 20 Hz, the network runs at 10"):
         batch([sequence(30), sequence(30, "b", rate_hz=20.0)], MODEL, "teacher")
+
+
+@pytest.mark.parametrize(("n", "kept"), [(19, 0), (20, 1)])
+def test_two_seconds_are_long_enough(n, kept):
+    target = np.zeros((n, 3))
+    assert len(contiguous("a", numbered(n), target, np.ones(n, dtype=bool))) == kept
+
+
+def test_the_end_of_every_sequence_is_held_back():
+    ((first,), (last,)) = hold_back([sequence(40)], 0.25)
+    assert (first.signals.n_samples, last.signals.n_samples) == (30, 10)
