@@ -156,7 +156,6 @@ def _calibrate_segment(
             trial,
             segment,
             to_anatomical,
-            bias,
             remove_heading_misalignment=remove_heading_misalignment,
         )
         angles = angles_from_orientation(orientation)

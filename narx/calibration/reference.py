@@ -14,7 +14,6 @@ def anatomical_reference(
     trial: Trial,
     segment: str,
     sensor_to_anatomical: Rotation,
-    static_bias_rad_s: FloatArray,
     *,
     remove_heading_misalignment: bool = False,
 ) -> tuple[FloatArray, list[str]]:
@@ -28,8 +27,6 @@ def anatomical_reference(
         Name of the segment.
     sensor_to_anatomical : Rotation
         The sensor's calibration.
-    static_bias_rad_s : ndarray, shape (3,)
-        Gyroscope bias in the sensor frame, rad/s.
     remove_heading_misalignment : bool
         Whether the constant angle about the vertical between an anatomical reference and the
         calibrated sensor is removed (see `narx.calibration.calibrate.calibrate`).
@@ -64,7 +61,8 @@ def anatomical_reference(
             imu = trial.imus[segment]
             angle = estimate_heading_misalignment(
                 imu.time_s,
-                sensor_to_anatomical.apply(imu.gyroscope_rad_s - static_bias_rad_s),
+                # a constant bias does not matter
+                sensor_to_anatomical.apply(imu.gyroscope_rad_s),
                 imu.time_s[valid],
                 orientation.as_quat(scalar_first=True),
             )

@@ -61,7 +61,7 @@ def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rota
     standing = standing_force(trial, segment)
     force = trial.imus[segment].accelerometer_m_s2[_walking_samples(trial)]
     up = up_from_gravity(force if standing is None else standing, f"{trial.name}, '{segment}'")
-    walk = _walk(trial, segment, bias_rad_s)
+    walk = _walk(trial, segment)
     if len(walk) < MIN_WALK_S * trial.sampling_rate_hz:
         raise RecordingError(
             f"{trial.name}: {len(walk) / trial.sampling_rate_hz:.1f} s of walking by "
@@ -110,8 +110,9 @@ def _walking_samples(trial: Trial) -> BoolArray:
     return np.asarray((trial.time_s >= begin) & (trial.time_s <= end))
 
 
-def _walk(trial: Trial, segment: str, bias: FloatArray) -> FloatArray:
-    # filtered before it is cut, so that filter transients do not dominate a short walk
-    rate = walking_band(trial.imus[segment].gyroscope_rad_s - bias, trial.sampling_rate_hz)
+def _walk(trial: Trial, segment: str) -> FloatArray:
+    # filtered before it is cut, so that filter transients do not dominate a short walk; the band
+    # leaves out a bias
+    rate = walking_band(trial.imus[segment].gyroscope_rad_s, trial.sampling_rate_hz)
     walk = rate[_walking_samples(trial)]
     return walk[np.isfinite(walk).all(axis=1)]

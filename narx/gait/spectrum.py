@@ -83,7 +83,7 @@ def component_powers(
     if not np.isfinite(fundamental_hz):
         raise UserError("gyroscope spectrum: no walking found in the signal, expected strides")
     harmonic = np.floor(frequency_hz / fundamental_hz + 0.5).astype(int)
-    counted = (harmonic >= 1) & (frequency_hz <= highest_hz)
+    counted = frequency_hz <= highest_hz
     power = np.bincount(harmonic[counted], weights=amplitude[counted] ** 2)[1:]
     return fundamental_hz, power / power.sum()
 

@@ -53,9 +53,8 @@ def gaps_of(time_s: FloatArray, values: FloatArray, max_gap_s: float) -> Gaps:
     there = time_s[finite_rows(values)]
     lengths = np.diff(there)
     usual_s = float(np.median(lengths)) if len(lengths) else np.inf
-    spline_s, longest_s = _limits_s(usual_s, max_gap_s)
-    longer = lengths > spline_s + 1e-6
-    filled = longer & (lengths <= longest_s) & can_fill(len(there), 1.0 / usual_s)
+    longer = lengths > _longest_splined_s(usual_s) + 1e-6
+    filled = longer & (lengths <= max_gap_s) & can_fill(len(there), 1.0 / usual_s)
     return Gaps(
         there[:-1], lengths, (lengths > _USUAL * usual_s) & ~longer, filled, longer & ~filled
     )
@@ -88,11 +87,11 @@ def on_clock(
     ndarray, shape (M, K)
         Values at the ticks; NaN in gaps that are left.
     """
-    spline_s, longest_s = _limits_s(float(np.median(np.diff(time_s))), max_gap_s)
+    spline_s = _longest_splined_s(float(np.median(np.diff(time_s))))
     splined = resample_vectors(time_s, values, clock_s, max_gap_s=spline_s)
-    return bridged(splined, sampling_rate_hz, longest_s)
+    return bridged(splined, sampling_rate_hz, max_gap_s)
 
 
-def _limits_s(interval_s: float, max_gap_s: float) -> tuple[float, float]:
-    """Longest gaps that are interpolated and filled; regular intervals are never gaps."""
-    return max(SPLINE_GAP_S, _USUAL * interval_s), max(max_gap_s, _USUAL * interval_s)
+def _longest_splined_s(interval_s: float) -> float:
+    """Longest gap that is interpolated; regular intervals are never gaps."""
+    return max(SPLINE_GAP_S, _USUAL * interval_s)

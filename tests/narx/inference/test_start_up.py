@@ -79,6 +79,20 @@ def test_posture_is_the_mean_of_its_part(begin_s, middle_s):
     assert posture[0] == pytest.approx(bias * (stood_s + middle_s), rel=2e-3)
 
 
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.8])
+def test_the_posture_is_averaged_by_a_hann_window(share):
+    """A step counts by the part of the window that is left: 1 - u + sin(2 pi u) / 2 pi."""
+    start_up = StartUp()
+    time = np.arange(round(15.0 * RATE_HZ)) / RATE_HZ
+    at_s = start_up.averaging_begin_s + share * start_up.averaging_s
+    rates = np.column_stack([1.0 * (abs(time - at_s) < 0.05), 3.0 * np.cos(6.0 * time), 0.0 * time])
+    state = start_up.begin(np.zeros(3))
+    estimate = start_up.run(rates, 1 / RATE_HZ, state, coupled=False)
+    posture, *_ = start_up.hand_over(state, 1 / RATE_HZ)
+    before = share - np.sin(2 * np.pi * share) / (2 * np.pi)
+    assert posture[0] / estimate[-1, 0] == pytest.approx(1.0 - before, abs=5e-3)
+
+
 def test_somebody_who_stands_is_waited_for():
     _, rates = motion(20.0, np.random.default_rng(1))
     sway = 0.02 * np.random.default_rng(3).normal(size=(round(15 * RATE_HZ), 3))

@@ -11,6 +11,7 @@ from scipy import signal
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.network.stability import _rates, stability_statement
+from narx.network.structure import NarxStructure
 from narx.training.initial_weights import random_weights
 
 RATE_HZ = 50.0
@@ -152,3 +153,54 @@ def test_a_leaky_integrator_swings_through_the_tested_range_at_every_frequency()
     limited = np.abs(rates).max(axis=(1, 2)) > 2.9
     assert limited.tolist() == [False, False, False, True, True]
     np.testing.assert_allclose(reached[~limited], 0.5, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("time_constant_s", "contraction_s", "contracts"),
+    [(0.5, 10.0, True), (3.0, 24.0, True), (100.0, 300.0, False)],
+)
+def test_states_have_eight_time_constants_to_meet(time_constant_s, contraction_s, contracts):
+    """At least 10 s, and at most 300 s, after which a twentieth is left of 100 s."""
+    pole = math.exp(-1.0 / (RATE_HZ * time_constant_s))
+    statement = stability_statement(linear_network(pole, 0.0, 1e-4), n_levels=2)
+    assert statement.contraction_s == pytest.approx(contraction_s)
+    left = math.exp(-contraction_s / time_constant_s)
+    assert statement.contraction_ratio == pytest.approx(left, rel=0.25, abs=1e-9)
+    assert statement.contracts == statement.stable == contracts
+
+
+def test_the_bound_is_that_of_the_worst_slopes():
+    """p = 1.5 p - 0.6 p by two neurons: while one of them is saturated, a step may grow by 1.5."""
+    model = Narx(RATE_HZ, Normalisation(2.0, 0.4), NarxStructure(2, 1, 1, 1), coupled=False)
+    with torch.no_grad():
+        model.weights[model.structure.w1] = torch.tensor([0.0, 0.02, 0.0, 0.02])
+        model.weights[model.structure.w2] = torch.tensor([75.0, -30.0])
+    statement = stability_statement(model, n_levels=2)
+    assert statement.largest_pole == pytest.approx(0.9)
+    assert statement.contraction_bound == pytest.approx(1.5)
+
+
+def test_the_bound_of_a_rotation_is_its_radius():
+    """p_k = -0.81 p_{k-2}: in the norm in which it turns, both of its slopes shrink by 0.9."""
+    statement = stability_statement(linear_network(0.0, -0.81, 0.01), n_levels=2)
+    assert statement.contraction_bound == pytest.approx(0.9)
+
+
+def test_rest_is_the_operating_point():
+    """p = 0.9 p + 0.1: after the excursion it returns to 1 in units of 0.4 rad, not to zero."""
+    model = Narx(RATE_HZ, Normalisation(2.0, 0.4), odd=False, coupled=False)
+    with torch.no_grad():
+        model.weights.copy_(linear_network(0.9, 0.0, 0.01).weights)
+        model.weights[model.structure.b2] = 0.1
+    statement = stability_statement(model, n_levels=2)
+    assert statement.operating_point_rad == pytest.approx(0.4, rel=1e-3)
+    assert statement.recovers
+    assert statement.recovery_ratio < 1e-6
+
+
+@pytest.mark.parametrize(("rate_hz", "highest_hz"), [(20.0, 5.0), (100.0, 10.0)])
+def test_the_highest_frequency_is_one_that_the_rate_resolves(rate_hz, highest_hz):
+    fastest = _rates(rate_hz, 20.0, 3.0, 0.5, 1.5, 3, seed=0)[5].numpy()
+    power = np.abs(np.fft.rfft(fastest, axis=0)) ** 2
+    peak = np.fft.rfftfreq(len(fastest), 1.0 / rate_hz)[power.argmax(axis=0)]
+    np.testing.assert_allclose(peak, highest_hz, atol=0.1)

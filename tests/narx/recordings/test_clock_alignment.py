@@ -220,9 +220,7 @@ def test_a_mirrored_or_exchanged_axis_is_explained_by_a_reflection(motion, mirro
 def test_an_offset_at_the_end_of_the_range_may_lie_beyond_it(motion):
     imu_time = np.arange(0.5, 19.0, 1 / 100.0)
     gyroscope = motion[2](imu_time - 0.055)
-    with pytest.raises(
-        RecordingError, match=r"within 0\.05 s .* 1\.00 at 0\.050 s"
-    ):
+    with pytest.raises(RecordingError, match=r"within 0\.05 s .* 1\.00 at 0\.050 s"):
         estimate_clock_offset(imu_time, gyroscope, *_optical(motion, 62.5), max_offset_s=0.05)
 
 

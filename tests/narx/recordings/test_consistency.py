@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from narx.recordings.consistency import Fit, contradiction, fit_rotation, is_certain
 
@@ -166,3 +167,33 @@ def test_limits_of_what_contradicts(changes, message, certain):
     assert (found is None) == (message is None)
     assert message is None or message in found
     assert is_certain(fit) == certain
+
+
+def _turning(angles_rad, noise):
+    """Rates and specific force of a sensor that only turns, sampled at 50 Hz."""
+    turned = Rotation.from_euler("ZYX", angles_rad)
+    steps = (turned[:-1].inv() * turned[1:]).as_rotvec() * 50.0
+    rates = np.vstack([steps[:1], 0.5 * (steps[1:] + steps[:-1]), steps[-1:]])
+    white = np.random.default_rng(0).standard_normal(rates.shape)
+    return rates, turned.inv().apply([0.0, 0.0, 9.81]) + noise * white
+
+
+@pytest.mark.parametrize(("speed_rad_s", "moves"), [(0.2, False), (0.45, True)])
+def test_swaying_is_no_movement(speed_rad_s, moves):
+    """A walk turns by more than 0.35 rad/s on average over a second."""
+    time_s = np.arange(0.0, 30.0, 0.02)
+    phase = 2 * np.pi * 0.5 * time_s
+    sway = np.column_stack([0 * phase, np.sin(phase), np.cos(phase)]) / np.pi
+    fit = fit_rotation(*_turning(speed_rad_s * sway, 0.0), 50.0)
+    assert (fit is not None) == moves
+
+
+def test_the_order_of_the_file_explains_what_the_fit_does():
+    """The same share by either formula, although the force changes by more than zero on average."""
+    time_s = np.arange(0.0, 8.0, 0.02)
+    swing = np.sin(2 * np.pi * np.outer(time_s, [0.5, 0.4, 0.3]) + [0.0, 1.0, 0.0])
+    rates, force = _turning(0.3 * swing + np.outer(time_s, [0.0, 0.15, 0.0]), 3.0)
+    fit = fit_rotation(rates, force, 50.0)
+    assert fit.order == "xyz"
+    assert 0.2 < fit.r2 < 0.95
+    assert fit.r2_of_order == pytest.approx(fit.r2, abs=1e-9)

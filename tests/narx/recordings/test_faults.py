@@ -181,3 +181,76 @@ def test_a_sensor_that_turns_steadily_about_one_axis_is_not_stuck():
     found, notes = without_faults(time_s, rate)
     np.testing.assert_array_equal(found, rate)
     assert not notes
+
+
+def test_zeros_before_a_movement_that_starts_within_a_sample_are_missing():
+    """At the start, and after a movement of 10 deg/s; one that begins slowly is none."""
+    rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
+    rate[:, 1] += np.radians(10.0)
+    rate[20:400, 1] = rate[1020:2000, 1] = np.radians(30.0)
+    rate[:20] = rate[1000:1020] = rate[2500:2520] = 0.0
+    found, notes = without_faults(np.arange(3000) / 100.0, rate)
+    missing = np.flatnonzero(np.isnan(found).any(axis=1))
+    assert set(missing) == {*range(20), *range(1000, 1020)}
+    assert notes[0].startswith("40 samples of exactly zero within movement")
+
+
+@pytest.mark.parametrize(("size_rad_s", "is_spike"), [(3.7, True), (-3.7, True), (3.3, False)])
+def test_a_spike_deviates_from_the_line_between_its_neighbours(size_rad_s, is_spike):
+    """Two degrees at 100 Hz are 3.5 rad/s from the middle of a step of 0.8 rad/s."""
+    rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
+    rate[:1500, 1] -= 0.4
+    rate[1500:, 1] += 0.4
+    rate[1500, 1] = size_rad_s
+    found, _ = without_faults(np.arange(3000) / 100.0, rate)
+    assert np.isnan(found[1500]).all() == is_spike
+
+
+def test_a_spike_stands_out_from_movement_and_not_from_rest():
+    """A twentieth of the recording moves, with noise of which eight times the usual is no spike."""
+    rng = np.random.default_rng(0)
+    rate = rng.normal(0.0, 0.001, (10000, 3))
+    rate[5000:5500] = noise = rng.normal(0.0, 0.4, (500, 3))
+    line = 0.5 * (noise[:-2] + noise[2:])
+    usual = np.quantile(np.linalg.norm(noise[1:-1] - line, axis=1), 0.75)
+    for factor, is_spike in ((8.0, False), (16.0, True)):
+        rate[5250] = line[249] + [0.0, factor * usual, 0.0]
+        found, _ = without_faults(np.arange(10000) / 100.0, rate)
+        assert np.isnan(found[5250]).all() == is_spike
+
+
+@pytest.mark.parametrize(("rows", "reported"), [(11, False), (56, True)])
+def test_a_thousandth_of_clipped_rows_is_not_reported_and_half_a_per_cent_is(rows, reported):
+    """Half a sine, cut at two thirds of its peak, is at that level for half of its rows."""
+    rate = np.random.default_rng(0).normal(0.0, 0.01, (6000, 3))
+    rate[3000 : 3000 + rows, 1] += 3.0 * np.sin(np.pi * (np.arange(rows) + 0.5) / rows)
+    rate = np.minimum(rate, 2.0)
+    share = (rate[:, 1] == 2.0).mean()
+    assert (share > 0.002) == reported
+    found, notes = without_faults(np.arange(6000) / 100.0, rate)
+    np.testing.assert_array_equal(found, rate)
+    assert any("the gyroscope's range is too small" in note for note in notes) == reported
+
+
+def test_what_is_clipped_next_to_missing_samples_is_left_without_a_warning():
+    rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
+    rate[400:900, 1] = 2.0
+    rate[399] = np.nan
+    found, _ = without_faults(np.arange(3000) / 100.0, rate)
+    assert np.isfinite(found[400:900]).all()
+
+
+@pytest.mark.parametrize(("file_hz", "slower"), [(66.0, False), (80.0, True)])
+def test_a_third_of_repeated_rows_is_a_slower_sensor(walk, file_hz, slower):
+    """Fifty samples of a sensor in 66 or 80 rows of a file: 24 and 37 % repeat the previous one."""
+    rows = np.floor(np.arange(round(30.0 * file_hz)) * 50.0 / file_hz + 1e-9).astype(int)
+    held = walk.gyroscope_rad_s[np.minimum(rows, 1499)][round(5.0 * file_hz) :]
+    repeats = repeats_of_a_slower_sensor(held)
+    assert (repeats is not None) == slower
+    assert not slower or repeats.mean() == pytest.approx(3 / 8, abs=0.01)
+
+
+def test_repeats_are_a_share_of_the_movement(walk):
+    rest = np.random.default_rng(0).normal(0.0, 0.001, (6000, 3))
+    held = np.repeat(walk.gyroscope_rad_s[300:], 4, axis=0)
+    assert repeated_share(np.vstack([rest, held])) == pytest.approx(0.75, abs=0.02)

@@ -26,6 +26,7 @@ def holed(seconds, gap_s):
         (20.0, 0.02, "interpolated", "1 gap of up to 0.02 s interpolated"),
         (20.0, 0.05, "interpolated", "1 gap of up to 0.05 s interpolated"),
         (20.0, 0.1, "interpolated", "1 gap of up to 0.1 s interpolated"),
+        (20.0, 0.15, "filled", "1 gap of up to 0.15 s filled from the rhythm"),
         (20.0, 0.5, "filled", "1 gap of up to 0.5 s filled from the rhythm"),
         (20.0, 1.5, "left", "1 gap longer than 1.1 s .* the network pauses there"),
         (3.5, 0.5, "left", "1 gap in a recording too short to fill them .* the network pauses"),

@@ -1,6 +1,7 @@
 """Accelerometer and gyroscope with rows of their own."""
 
 import numpy as np
+import pytest
 
 from narx.recordings.one_clock import at_gyroscope_times, union_of_rows
 from narx.recordings.trial import ImuRecording
@@ -22,3 +23,15 @@ def test_usual_intervals_decide_although_the_recording_pauses():
     np.testing.assert_allclose(found.accelerometer_m_s2[there, 0], turned_s[there], atol=1e-9)
     assert not there[(turned_s > 5.0) & (turned_s < 5.16)].any()
     assert there[(turned_s > 0.01) & (turned_s < 4.9)].all()
+
+
+@pytest.mark.parametrize(("without_force", "slower"), [(160, False), (180, True)])
+def test_a_slower_accelerometer_is_missing_in_a_fifth_of_the_rows_of_the_gyroscope(
+    without_force, slower
+):
+    """Of 850 rows of the gyroscope; 150 of the accelerometer alone are too few for its own."""
+    rates, force = np.ones((1000, 3)), np.full((1000, 3), 9.81)
+    rates[::20] = rates[7::20] = rates[13::20] = np.nan
+    force[np.flatnonzero(np.isfinite(rates[:, 0]))[:without_force]] = np.nan
+    recording = ImuRecording("leg", np.arange(1000) / 100.0, rates, force)
+    assert (at_gyroscope_times(recording) is not recording) == slower

@@ -57,3 +57,30 @@ def test_other_signals_are_left(device_walk):
     for rate in (walk.gyroscope_rad_s, np.clip(walk.gyroscope_rad_s, -1.5, 1.5), noise, spikes):
         assert without_overflow(rate, 0.02, "w")[1] == ()
     assert without_overflow(np.full((50, 3), np.nan), 0.02, "w")[1] == ()
+
+
+@pytest.mark.parametrize(("period_s", "refused"), [(2.4, False), (3.2, True)])
+def test_rates_are_beyond_the_range_for_half_a_second_at_most(period_s, refused):
+    """A sine of 1.2 times the range is beyond it for 0.186 of its period at a time."""
+    time_s = np.arange(0.0, 60.0, 0.01)
+    swing = np.where(time_s < 2 * period_s, np.sin(2 * np.pi * time_s / period_s), 0.0)
+    rates = np.radians(300.0) * swing[:, None] * [0.0, 1.0, 0.1]
+    wrapped, true = _wrapped(rates, 250.0)
+    if refused:
+        with pytest.raises(RecordingError, match="for too long to be continued"):
+            without_overflow(wrapped, 0.01, "w")
+        return
+    np.testing.assert_allclose(without_overflow(wrapped, 0.01, "w")[0], true, atol=0.1)
+
+
+@pytest.mark.parametrize(("size", "refused"), [(1.05, False), (1.2, True)])
+def test_a_quarter_of_the_samples_is_too_many(size, refused):
+    """Beyond the range are 20 and 37 % of a sine of 1.05 and 1.2 times the range."""
+    time_s = np.arange(0.0, 30.0, 0.005)
+    rates = size * np.radians(250.0) * np.outer(np.sin(2 * np.pi * time_s), [0.0, 1.0, 0.1])
+    wrapped, true = _wrapped(rates, 250.0)
+    if refused:
+        with pytest.raises(RecordingError, match="for too long to be continued"):
+            without_overflow(wrapped, 0.005, "w")
+        return
+    np.testing.assert_allclose(without_overflow(wrapped, 0.005, "w")[0], true, atol=0.1)

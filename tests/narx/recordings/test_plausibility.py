@@ -5,7 +5,7 @@ import pytest
 
 from narx.errors import RecordingError
 from narx.recordings.one_clock import at_gyroscope_times
-from narx.recordings.plausibility import admit, check_gravity
+from narx.recordings.plausibility import _strides, admit, check_gravity
 from narx.recordings.trial import GRAVITY_M_S2, ImuRecording
 
 
@@ -156,3 +156,63 @@ def test_one_sensor_is_not_taken_for_several(device_walk, rate_hz):
     walk = device_walk(rate_hz, 20.0)
     noise = np.random.default_rng(0).normal(0.0, 0.3, walk.gyroscope_rad_s.shape)
     admit(walk.recording(gyroscope_rad_s=walk.gyroscope_rad_s + noise), "w")
+
+
+def _sine(angle_deg, frequency_hz=1.0, bias_deg_s=0.0):
+    """A sensor that swings about one axis, with a little noise, at 100 Hz for half a minute."""
+    time_s = np.arange(3000) / 100.0
+    omega = 2 * np.pi * frequency_hz
+    rates = np.radians(angle_deg) * omega * np.outer(np.cos(omega * time_s), [0.0, 1.0, 0.1])
+    noise = np.random.default_rng(0).normal(0.0, 1e-4, rates.shape)
+    rates = rates + noise + np.radians(bias_deg_s)
+    return ImuRecording("s", time_s, rates, np.full_like(rates, np.nan))
+
+
+@pytest.mark.parametrize(
+    ("swing", "message"),
+    [
+        (_sine(150.0), None),
+        (_sine(210.0), "swings by 2.. deg to either side"),
+        (_sine(3.0), None),  # 19 deg/s
+        (_sine(0.5), r"never turns faster than 3\.2 deg/s"),
+        (_sine(0.5, bias_deg_s=5.0), r"never turns faster than 3\.2 deg/s"),
+    ],
+)
+def test_limits_of_the_swing_of_a_leg(swing, message):
+    if message is None:
+        assert admit(swing, "w").notes == ()
+        return
+    with pytest.raises(RecordingError, match=message):
+        admit(swing, "w")
+
+
+@pytest.mark.parametrize(("share", "strides"), [(0.58, True), (0.42, False)])
+@pytest.mark.parametrize("frequency_hz", [0.9, 0.95])
+def test_strides_are_half_of_the_power_in_a_narrow_band(share, strides, frequency_hz):
+    rng = np.random.default_rng(0)
+    noise = rng.normal(0.0, np.sqrt(0.5 * (1 / share - 1)), (30000, 1))
+    swing = np.cos(2 * np.pi * frequency_hz * np.arange(30000) / 50.0)[:, None]
+    assert _strides(swing + noise, 0.02) == strides
+
+
+@pytest.mark.parametrize(("ratio", "refused"), [(2.5, False), (8.0, True)])
+def test_rows_of_two_sensors_differ_four_times_as_much_as_those_of_one(ratio, refused):
+    """Two noises of SD 0.1 rad/s per axis about means d apart: (d^2 + 6 SD^2) / (6 SD^2)."""
+    rates = np.random.default_rng(0).normal(0.0, 0.1, (4000, 3))
+    rates[::2, 0] += np.sqrt(6.0 * (ratio - 1.0)) * 0.1
+    several = ImuRecording("s", np.arange(4000) / 100.0, rates, np.full_like(rates, np.nan))
+    if refused:
+        with pytest.raises(RecordingError, match="the rows of 2 sensors"):
+            admit(several, "w")
+        return
+    admit(several, "w")
+
+
+def test_a_pause_does_not_make_a_wrap_last_longer(walk):
+    peak = np.abs(walk.gyroscope_rad_s).max()
+    end = np.radians(125.0)
+    rates = walk.gyroscope_rad_s * 1.2 * end / peak
+    wrapped = (rates + end) % (2.0 * end) - end
+    time_s = walk.time_s + 1000.0 * (walk.time_s > 2.0)
+    admitted = admit(walk.recording(time_s=time_s, gyroscope_rad_s=wrapped), "w")
+    assert any("wrapped around to the other sign, continued" in note for note in admitted.notes)

@@ -136,3 +136,14 @@ def test_no_sample_is_lost_by_the_rounding_of_large_stamps(begin_s):
     values = np.sin(0.06 * np.arange(3000))[:, None]
     resampled = resample_vectors(time_s, values, clock_s, max_gap_s=0.05)
     np.testing.assert_allclose(resampled, values, atol=1e-6 if begin_s < 1e9 else 1e-4)
+
+
+def test_lost_samples_do_not_switch_the_filter_off():
+    """One interval is five times as long; what is above the new Nyquist frequency stays out."""
+    time = np.arange(0, 20.0, 1 / 500.0)
+    time = np.delete(time, [5000, 5001, 5002, 5003])
+    clock = uniform_clock(0.0, time[-1], 100.0)
+    above = np.sin(2 * np.pi * 90.0 * time)[:, None]
+    found = resample_vectors(time, above, clock, max_gap_s=0.02)[:, 0]
+    far = np.abs(clock - 10.0) > 1.0
+    assert np.abs(found[far])[30:-30].max() < 2e-3

@@ -23,7 +23,7 @@ def _shifted(leg, shift_s):
     return leg | {"shank_right": replace(shank, time_s=shank.time_s + shift_s)}
 
 
-@pytest.mark.parametrize("shift_s", [0.0, 3.37, -2.0, 500.0])
+@pytest.mark.parametrize("shift_s", [0.0, 3.37, 3.374, -2.0, 500.0])
 def test_the_shift_is_found_in_the_movement(leg, shift_s):
     offsets, notes = clock_offsets_s(_shifted(leg, shift_s), "correlation", "s")
     assert offsets["thigh_right"] == 0.0
@@ -101,3 +101,27 @@ def test_what_cannot_be_aligned_is_refused(leg):
         clock_offsets_s(leg | {"shank_right": noise}, "correlation", "s")
     with pytest.raises(UserError, match="align is 'magic', expected one of auto, stamps"):
         clock_offsets_s(leg, "magic", "s")
+
+
+@pytest.mark.parametrize(
+    ("begin_s", "end_s", "by_stamps"),
+    [
+        (10.0, 25.0, True),  # within the other one
+        (12.0, 52.0, True),  # 28 of 40 s together
+        (25.0, 65.0, False),  # 15 of 40 s
+    ],
+)
+def test_stamps_are_used_where_half_of_the_shorter_recording_overlaps(begin_s, end_s, by_stamps):
+    """Sensors at rest cannot be aligned in any other way."""
+    recordings = {}
+    for name, times in (("thigh", (0.0, 40.0)), ("shank", (begin_s, end_s))):
+        time_s = np.arange(*times, 0.01)
+        still = np.zeros((len(time_s), 3))
+        recordings[name] = ImuRecording(name, time_s, still, still)
+    if by_stamps:
+        offsets, notes = clock_offsets_s(recordings, "auto", "s")
+        assert offsets == {"thigh": 0.0, "shank": 0.0}
+        assert notes == ["sensors aligned by their time stamps"]
+        return
+    with pytest.raises(RecordingError, match="do not move together"):
+        clock_offsets_s(recordings, "auto", "s")

@@ -8,7 +8,12 @@ from scipy import signal
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.network.structure import NarxStructure
-from narx.training.initial_weights import leaky_integrator, leaky_integrator_weights, random_weights
+from narx.training.initial_weights import (
+    leaky_integrator,
+    leaky_integrator_weights,
+    random_weights,
+    typical_sizes,
+)
 
 
 def model(hidden=3, lags=2, odd=True, rate_hz=500.0):
@@ -74,3 +79,22 @@ def test_at_rest_random_weights_with_biases_have_the_linear_response():
     w1 = weights[s.w1].reshape(s.hidden, -1)
     slopes = weights[s.w2] / np.cosh(weights[s.b1]) ** 2
     np.testing.assert_allclose(slopes @ w1, leaky_integrator(network, 0.15), atol=1e-12)
+
+
+def test_leaks_are_drawn_over_decades():
+    """Their median is the geometric mean of the range, 0.158 rad/s; the arithmetic one is 0.275."""
+    network, rng = model(rate_hz=50.0), np.random.default_rng(3)
+    s, leaks = network.structure, []
+    for _ in range(300):
+        weights = random_weights(network, rng, leak_rad_s=(0.05, 0.5))
+        feedback = weights[s.w2] @ weights[s.w1].reshape(s.hidden, -1)[:, s.n_input_features]
+        leaks.append((1.0 / feedback - 1.0) * 50.0)
+    assert np.median(leaks) == pytest.approx(np.sqrt(0.05 * 0.5), rel=0.15)
+    assert 0.05 < min(leaks) < 0.06
+    assert 0.4 < max(leaks) < 0.5
+
+
+def test_typical_sizes_by_hand():
+    network = model(hidden=2, odd=False)
+    sizes = typical_sizes(network, slope=0.02)
+    assert sizes.tolist() == pytest.approx([0.02] * 8 + [0.02] * 2 + [25.0] * 2 + [1.0])
