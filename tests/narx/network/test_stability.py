@@ -204,3 +204,11 @@ def test_the_highest_frequency_is_one_that_the_rate_resolves(rate_hz, highest_hz
     power = np.abs(np.fft.rfft(fastest, axis=0)) ** 2
     peak = np.fft.rfftfreq(len(fastest), 1.0 / rate_hz)[power.argmax(axis=0)]
     np.testing.assert_allclose(peak, highest_hz, atol=0.1)
+
+
+@pytest.mark.parametrize(("time_constant_s", "most_apart"), [(100.0, False), (200.0, True)])
+def test_states_of_which_a_tenth_is_left_are_apart(time_constant_s, most_apart):
+    """After 300 s exp(-3) = 0.05 and exp(-1.5) = 0.22 are left; the rates hardly count."""
+    pole = math.exp(-1.0 / (RATE_HZ * time_constant_s))
+    statement = stability_statement(linear_network(pole, 0.0, 1e-6, coupled=True), n_levels=2)
+    assert (statement.coupled_rates_apart > 50) == most_apart

@@ -125,3 +125,20 @@ def test_stamps_are_used_where_half_of_the_shorter_recording_overlaps(begin_s, e
         return
     with pytest.raises(RecordingError, match="do not move together"):
         clock_offsets_s(recordings, "auto", "s")
+
+
+def test_shocks_of_opposite_sign_are_of_the_same_step():
+    """One sensor is pushed down where the other is pulled up, 3.2 s later on its own clock."""
+    rng = np.random.default_rng(1)
+    time_s = np.arange(0.0, 40.0, 0.005)
+    steps_s = np.arange(5.0, 35.0, 0.55) + rng.normal(0.0, 0.03, 55)
+    shocks = sum(np.exp(-(((time_s - at) / 0.01) ** 2)) for at in steps_s)
+    speed = np.where((time_s > 5) & (time_s < 35), 2.0 + np.sin(0.7 * time_s), 0.0)
+    recordings = {}
+    for name, sign, shift_s in (("thigh", 1.0, 0.0), ("shank", -1.0, 3.2)):
+        force = 9.81 + 6.0 * sign * shocks
+        rates, forces = np.outer(speed, [0.0, 1.0, 0.0]), np.outer(force, [0.0, 0.0, 1.0])
+        recordings[name] = ImuRecording(name, time_s + shift_s, rates, forces)
+    offsets, notes = clock_offsets_s(recordings, "correlation", "s")
+    assert offsets["shank"] == pytest.approx(-3.2, abs=0.005)
+    assert "the shocks of foot contacts" in notes[0]

@@ -203,3 +203,31 @@ def test_delays_that_grow_do_not_change_the_rate():
     clock_s, how = regular_clock(stamps)
     assert how.startswith("stamps at arrival")
     np.testing.assert_allclose(np.diff(clock_s) * 50.0, 1.0, atol=1e-4)
+
+
+def test_a_line_on_which_the_signal_is_not_clearly_smoother_is_not_used(device_walk):
+    """Noise hides whether the stamps or the line are the times of the samples."""
+    time = np.arange(1500) / 50.0 + np.random.default_rng(5).uniform(-0.008, 0.008, 1500)
+    rates = device_walk(time_s=time).gyroscope_rad_s
+    rates = rates + np.random.default_rng(6).normal(0.0, 0.3, rates.shape)
+    found = sampling_times(time, rates, "w")
+    np.testing.assert_array_equal(found.time_s, time)
+    assert not found.notes
+
+
+def test_a_tenth_of_late_stamps_is_not_regular(device_walk):
+    walk = device_walk(50.0, 30.0)
+    late = 0.008 * (np.random.default_rng(7).random(1500) < 0.1)
+    found = sampling_times(walk.time_s + late, walk.gyroscope_rad_s, "w")
+    np.testing.assert_allclose(np.diff(found.time_s) * 50.0, 1.0, atol=2e-3)
+
+
+def test_rounded_jitter_is_symmetric_and_no_arrival(device_walk):
+    """Equal stamps are frequent, but the line goes through the middle of them, not below."""
+    walk = device_walk(128.0, 30.0)
+    jitter = np.random.default_rng(8).normal(0.0, 0.006, len(walk.time_s))
+    stamps = np.sort(np.round(walk.time_s + jitter, 2))
+    assert (np.diff(stamps) == 0).mean() > 0.25
+    clock_s, how = regular_clock(stamps)
+    assert how.startswith("jitter of the stamps")
+    np.testing.assert_allclose(clock_s, walk.time_s, atol=2e-3)

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from narx.errors import RecordingError, UserError
-from narx.recordings.trial import ImuRecording, Trial
+from narx.recordings.trial import ImuRecording, ReferenceOrientation, Trial
 
 N = 50
 TIME_S = np.arange(N) / 100.0
@@ -82,3 +82,23 @@ def test_a_trial_of_other_types_is_refused(fields, said):
 def test_shapes_are_refused_as_before():
     with pytest.raises(RecordingError, match=r"IMU 'thigh_right': gyroscope_rad_s has shape"):
         recording(gyroscope_rad_s=np.ones((N, 2)))
+
+
+def test_a_quaternion_is_of_unit_norm_within_a_thousandth_and_normalised():
+    rounded = np.tile([0.6006, 0.8, 0.0, 0.0], (N, 1))
+    found = ReferenceOrientation("thigh_right", rounded, "sensor").quaternion_wxyz
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, atol=1e-15)
+    with pytest.raises(RecordingError, match=r"quaternion 0 has norm 1\.0020, expected 1"):
+        ReferenceOrientation("thigh_right", 1.002 * np.eye(4), "sensor")
+
+
+@pytest.mark.parametrize(("late_s", "uniform"), [(5e-6, True), (2e-5, False)])
+def test_a_trial_has_a_clock_that_is_uniform_within_a_thousandth(late_s, uniform):
+    time_s = TIME_S.copy()
+    time_s[20] += late_s
+    imus = {"thigh_right": recording(time_s=time_s)}
+    if uniform:
+        Trial("d", "s", "c", "t", 100.0, imus)
+        return
+    with pytest.raises(RecordingError, match="not sampled uniformly at 100 Hz"):
+        Trial("d", "s", "c", "t", 100.0, imus)

@@ -8,10 +8,12 @@ from narx.errors import UserError
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.training.batch import Batch
-from narx.training.gradient import Adam, Lbfgs, _compiled
+from narx.training.gradient import Adam, Lbfgs, _basis, _compiled
 from narx.training.initial_weights import leaky_integrator_weights, typical_sizes
 from narx.training.objective import Objective
-from narx.training.stages import stages_of
+from narx.training.progress import Progress
+from narx.training.restarts import Restarts
+from narx.training.stages import Stage, stages_of
 
 
 @pytest.fixture
@@ -68,3 +70,64 @@ def test_training_ends_when_the_cost_falls_by_less_than_asked_per_iteration(fall
 def test_a_device_without_values_is_refused(device):
     with pytest.raises(UserError, match=rf"^optimizer\.device is '{device}': "):
         Adam(device=device)
+
+
+class Linear:
+    """``A w - b``, whose least squares numpy finds; remembers the costs it was asked for."""
+
+    n_weights = 3
+
+    def __init__(self):
+        rng = np.random.default_rng(0)
+        self.a = rng.normal(size=(20, 3)) * [30.0, 3.0, 0.01]
+        self.b = 10.0 * rng.normal(size=20)
+        self.best = np.linalg.lstsq(self.a, self.b)[0]
+        self.costs = []
+
+    def products(self, weights):
+        rows = np.column_stack([self.a, self.a @ weights[0] - self.b])
+        self.costs.append(rows[:, -1] @ rows[:, -1] / 20.0)
+        return (rows.T @ rows)[None]
+
+
+def descended(optimizer, problem, start):
+    run = Restarts(lambda iteration, numbers: None, Progress())
+    run.begin(start)
+    stage = Stage("linear", problem, 1.0 / 20.0)
+    return optimizer._descend(stage, 0, np.arange(3), np.array([0.1, 2.0, 50.0]), run)
+
+
+def test_directions_have_equal_curvature_down_to_a_limit():
+    """One square degree per square unit; where it is less, the curvature stays as it is."""
+    problem, size = Linear(), np.array([0.1, 2.0, 50.0])
+    basis = _basis(Stage("linear", problem, 1.0 / 20.0), np.zeros(3), np.arange(3), size)
+    curvature = problem.a.T @ problem.a / 20.0
+    bends = np.linalg.eigvalsh(curvature * np.outer(size, size))
+    assert bends[0] < 1.0 < bends[1]
+    expected = np.diag([bends[0], 1.0, 1.0])
+    np.testing.assert_allclose(basis.T @ curvature @ basis, expected, atol=1e-9)
+
+
+def test_lbfgs_reaches_the_least_squares_of_a_linear_problem():
+    problem = Linear()
+    found = descended(
+        Lbfgs(iterations=30, cost_change=0.0), problem, problem.best + [1.0, -3.0, 20]
+    )
+    np.testing.assert_allclose(found, problem.best, rtol=1e-3, atol=1e-3)
+
+
+def test_the_lowest_cost_is_kept_although_a_step_raises_it():
+    problem = Linear()
+    found = descended(Adam(iterations=12, learning_rate=10.0), problem, problem.best)
+    assert problem.costs[-1] > 1.005 * min(problem.costs)
+    np.testing.assert_array_equal(found, problem.best)
+
+
+def test_adam_descends_the_logarithm_of_the_cost(cost):
+    with_prior, weights, size, _ = cost
+    value = with_prior(0.0)
+    steps = 1e-5 * np.diag(size)
+    slopes = [np.log(value(weights + d)[0] / value(weights - d)[0]) / 2e-5 for d in steps]
+    now, gradient = value(weights)
+    scaled = Adam()._scaled(gradient, now) * size
+    np.testing.assert_allclose(scaled, slopes, rtol=1e-4, atol=1e-6 * np.abs(scaled).max())
