@@ -232,14 +232,6 @@ def test_a_thousandth_of_clipped_rows_is_not_reported_and_half_a_per_cent_is(row
     assert any("the gyroscope's range is too small" in note for note in notes) == reported
 
 
-def test_what_is_clipped_next_to_missing_samples_is_left_without_a_warning():
-    rate = np.random.default_rng(0).normal(0.0, 0.001, (3000, 3))
-    rate[400:900, 1] = 2.0
-    rate[399] = np.nan
-    found, _ = without_faults(np.arange(3000) / 100.0, rate)
-    assert np.isfinite(found[400:900]).all()
-
-
 @pytest.mark.parametrize(("file_hz", "slower"), [(66.0, False), (80.0, True)])
 def test_a_third_of_repeated_rows_is_a_slower_sensor(walk, file_hz, slower):
     """Fifty samples of a sensor in 66 or 80 rows of a file: 24 and 37 % repeat the previous one."""

@@ -110,9 +110,8 @@ def test_directions_have_equal_curvature_down_to_a_limit():
 
 def test_lbfgs_reaches_the_least_squares_of_a_linear_problem():
     problem = Linear()
-    found = descended(
-        Lbfgs(iterations=30, cost_change=0.0), problem, problem.best + [1.0, -3.0, 20]
-    )
+    start = problem.best + np.array([1.0, -3.0, 20.0])
+    found = descended(Lbfgs(iterations=30, cost_change=0.0), problem, start)
     np.testing.assert_allclose(found, problem.best, rtol=1e-3, atol=1e-3)
 
 

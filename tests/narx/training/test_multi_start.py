@@ -142,3 +142,15 @@ def test_starts_that_end_a_stage_in_the_same_minimum_are_trained_as_one():
     costs = [[row["cost_deg2"] for row in result.history(stages, start)] for start in (0, 5)]
     assert costs[0] == costs[1]
     assert result.code is of_last.codes[result.best]
+
+
+def test_a_start_ends_a_stage_as_soon_as_its_mean_square_is_low_enough():
+    stages, validation = curriculum()
+    starts = random_starts(1, np.random.default_rng(0))
+    free = multi_start(stages, starts, validation, SHORT).history(stages)
+    costs = [row["cost_deg2"] for row in free if row["stage"] == 0.0]
+    limit = np.sqrt(costs[0] * costs[-1])
+    result = multi_start(stages, starts, validation, SHORT, low_enough=limit)
+    ended = [row["cost_deg2"] for row in result.history(stages) if row["stage"] == 0.0]
+    assert ended[-1] <= limit < ended[-2]
+    assert len(ended) < len(costs)

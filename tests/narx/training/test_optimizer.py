@@ -64,3 +64,14 @@ def test_a_trained_network_goes_on_in_the_last_stage():
     starts, stages = starts_of(model, np.random.default_rng(0), 4, ("open", "closed"), None)
     assert starts.shape == (4, 19)
     assert list(stages) == ["open", "closed"]
+
+
+def test_every_evaluation_of_every_start_and_stage_is_counted():
+    """The first of a start in a stage, and one for each of three iterations."""
+    model = Narx(20.0, Normalisation(2.0, 0.3))
+    training, held_out = batch(model, 0, 60), batch(model, 1, 40)
+    optimizer = LevenbergMarquardt(2, 3, ("open", "closed"), cost_change=0.0)
+    report = optimizer.fit(
+        model, training, held_out, Objective(), np.random.default_rng(0), lambda *_: None
+    )
+    assert report.evaluations == 2 * 2 * (1 + 3)
