@@ -23,7 +23,7 @@ from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
 from plausible import angles_of, fault, fault_of_file, fault_of_set
 
-from narx.datasets import Broad, Joint1To3Dof, MotionBids, SmartphonePocket
+from narx.datasets import Broad, Joint1To3Dof, MotionBids, NeuraSample, SmartphonePocket
 from narx.datasets.calendar_times import seconds_of
 from narx.datasets.device_layouts import read_layout
 from narx.datasets.study import Study
@@ -165,26 +165,30 @@ def _published() -> dict[str, dict[str, Any]]:
             found[name] = dict(saved.get("data", saved))
     finally:
         scipy.io.savemat = original
-    return found
+    return found | {"neura": beside("narx/datasets/neura_walk.py").points_mm()}
 
 
 def _published_set(data: bytes, folder: Path) -> str | None:
     """Target of a published data set: its recording with changed arrays."""
     document = documents.document_in(data)
-    if document is None or document.get("source") not in ("joint", "broad"):
+    sources = {"joint": Joint1To3Dof, "broad": Broad, "neura": NeuraSample}
+    if document is None or str(document.get("source")) not in sources:
         return None
-    name, changes = document["source"], document.get("changes")
+    name, changes = str(document["source"]), document.get("changes")
     try:
         variables = dict(_published()[name])
         for key, change in changes.items():
             variables[key] = _changed(variables.get(key, np.zeros((100, 3))), change)
         kept = {key: value for key, value in variables.items() if value is not None}
-        file = {"joint": "data_2D_07.mat", "broad": "99_made_up_motion.mat"}[name]
-        scipy.io.savemat(folder / file, {"data": kept} if name == "joint" else kept)
+        if name == "neura":
+            beside("narx/datasets/neura_walk.py").write_neura(folder, kept)
+        elif name == "joint":
+            scipy.io.savemat(folder / "data_2D_07.mat", {"data": kept})
+        else:
+            scipy.io.savemat(folder / "99_made_up_motion.mat", kept)
     except Exception:
         return None
-    source = Joint1To3Dof if name == "joint" else Broad
-    return fault_of_set(lambda: source(root=folder))
+    return fault_of_set(lambda: sources[name](root=folder))
 
 
 def _changed(array: Any, change: Mapping[str, Any] | None) -> Any:

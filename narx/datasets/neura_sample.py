@@ -49,6 +49,8 @@ _ALIGNMENT_INTERVAL_S = 0.03
 # walk, 1.0 to 1.4 with axes exchanged or mirrored. Skin and cluster move against each other, so
 # that less is explained than with a tracked sensor.
 _MIRRORED = 0.7
+# no laboratory is larger; two bones and a marker span a larger area
+_FARTHEST_MM, _SMALLEST_AREA_M2 = 1e6, 1e-5
 
 
 class NeuraSample(TrialSource):
@@ -191,6 +193,11 @@ def _read_joints(path: Path) -> dict[str, FloatArray]:
                 raise RecordingError(
                     f"{path}: {side + point} has shape {values.shape}, expected (N, 3)"
                 )
+            if np.nanmax(np.abs(values), initial=0.0) > _FARTHEST_MM:
+                raise RecordingError(
+                    f"{path}: {side + point} is {np.nanmax(np.abs(values)):.3g} mm from the "
+                    f"origin, expected at most {_FARTHEST_MM:g}"
+                )
             # Vicon writes a lost point as the origin
             lost = (values == 0.0).all(axis=1)
             joints[side + point] = np.where(lost[:, None], np.nan, values / 1000.0)
@@ -208,7 +215,8 @@ def _segment_frame(segment: str, joints: dict[str, FloatArray]) -> FloatArray:
     outwards = joints[side + lateral] - joints[side + lower]
     left = -outwards if side == "R" else outwards
     x = np.cross(left, z)
-    valid = np.isfinite(x).all(axis=1)
+    # not where points coincide, or lie on a line
+    valid = np.linalg.norm(x, axis=1) > _SMALLEST_AREA_M2
     quaternion = np.full((len(z), 4), np.nan)
     axes = np.stack([x, np.cross(z, x), z], axis=-1)[valid]
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
