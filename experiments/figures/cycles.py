@@ -12,7 +12,7 @@ _COLOURS = {"right": "#0072b2", "left": "#d55e00"}
 
 
 @styled
-def cycle_figure(cycles: pd.DataFrame, title: str = "") -> Figure:
+def cycle_figure(cycles: pd.DataFrame, title: str) -> Figure:
     """Draw mean and standard deviation over the gait cycle.
 
     Parameters
@@ -20,7 +20,7 @@ def cycle_figure(cycles: pd.DataFrame, title: str = "") -> Figure:
     cycles : pandas.DataFrame
         From `narx.experiments.predictions.session_tables.cycle_table`.
     title : str
-        Title of the figure.
+        What is shown, for the title of the figure.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def cycle_figure(cycles: pd.DataFrame, title: str = "") -> Figure:
                 mean, spread = one["mean_deg"], one["sd_deg"]
                 band = mean - spread, mean + spread
                 axis.fill_between(one["percent"], *band, color=colour, alpha=0.2, lw=0)
-                label = f"{side_of(str(name))}: mean ± SD of {one['n_strides'].iloc[0]} strides"
+                label = f"{side_of(str(name))}, {one['n_strides'].iloc[0]} strides"
                 axis.plot(one["percent"], mean, color=colour, label=label)
             axis.axhline(0.0, color="0.6", lw=0.5)
             if row == 0:
@@ -49,5 +49,5 @@ def cycle_figure(cycles: pd.DataFrame, title: str = "") -> Figure:
                 axis.set_xlabel("gait cycle (%)")
         axes[row, 0].set_ylabel(f"{kind} (degrees)")
         axes[row, 0].legend(loc="best")
-    figure.suptitle(title)
+    figure.suptitle(f"{title}: mean (line) and SD (band)")
     return figure
