@@ -75,3 +75,21 @@ def test_every_evaluation_of_every_start_and_stage_is_counted():
         model, training, held_out, Objective(), np.random.default_rng(0), lambda *_: None
     )
     assert report.evaluations == 2 * 2 * (1 + 3)
+
+
+@pytest.mark.parametrize(
+    ("limit", "code"),
+    [
+        ({"gradient": 1e9}, "gradient is small"),
+        ({"step": 1e3}, "step is small"),
+        ({"cost_change": 0.99}, "cost no longer falls"),
+    ],
+)
+def test_each_limit_of_levenberg_marquardt_ends_it_for_its_own_reason(limit, code):
+    model = Narx(20.0, Normalisation(2.0, 0.3))
+    training, held_out = batch(model, 0, 60), batch(model, 1, 40)
+    optimizer = LevenbergMarquardt(1, 20, ("closed",), **{"cost_change": 0.0} | limit)
+    report = optimizer.fit(
+        model, training, held_out, Objective(), np.random.default_rng(0), lambda *_: None
+    )
+    assert report.code == code

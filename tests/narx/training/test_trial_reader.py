@@ -50,3 +50,37 @@ def test_an_axis_without_angles_gets_the_mean_factor(stretch):
     sagittal, frontal, transverse = TrialReader(skip_s=5.0).std_scale(method, [stretch])
     assert transverse == pytest.approx((sagittal + frontal) / 2)
     assert TrialReader().std_scale(method, []) == (1.0, 1.0, 1.0)
+
+
+def test_errors_are_root_mean_squares_before_and_after_the_start_up(stretch):
+    """Half of the samples err by 0.03 rad and half by 0.01 after the start-up, by 0.2 within it."""
+
+    def run(signals):
+        reference = next(
+            segment.reference_angles_rad
+            for segment in stretch.segments.values()
+            if segment.signals is signals
+        )
+        n = len(reference)
+        starting = np.arange(n) < 1500
+        error = np.where(starting, 0.2, np.where(np.arange(n) % 2, 0.03, 0.01))
+        error[:300] = 100.0
+        return SimpleNamespace(angles_rad=reference - error[:, None], starting=starting)
+
+    after, start = TrialReader(skip_s=5.0).error_stds(SimpleNamespace(run=run), [stretch])
+    assert start == pytest.approx((0.2,) * 3)
+    assert after == pytest.approx((np.sqrt((0.03**2 + 0.01**2) / 2),) * 3, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("start_s", "stop_s", "expected"),
+    [(0.0, 10.0, (500, 1000)), (7.0, 10.0, (700, 1000)), (0.0, np.inf, (500, 4000))],
+)
+def test_a_part_begins_after_what_is_skipped_and_ends_before_its_stop(
+    stretch, start_s, stop_s, expected
+):
+    part = Stretch(stretch.trial, start_s, stop_s, stretch.segments)
+    first, stop = expected
+    for one in TrialReader(skip_s=5.0).sequences([part]):
+        whole = stretch.segments[one.name.rsplit("/", 1)[1]].signals.axis_rates_rad_s
+        np.testing.assert_array_equal(one.signals.axis_rates_rad_s, whole[first:stop])
