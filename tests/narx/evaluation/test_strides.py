@@ -29,6 +29,7 @@ def test_errors_of_range_and_peaks():
     assert strides.reference_deg.shape == (17, 101, 3)  # of 19, two are not scored
     table = stride_table([strides])
     assert set(table["axis"]) == {"sagittal"}  # the only one with reference and estimate
+    assert stride_table([strides, strides]).index.tolist() == list(range(2 * len(table)))
     row = table.iloc[0]
     assert row["range_reference"] == pytest.approx(40.0, abs=1e-3)
     assert row["range_estimate"] == pytest.approx(30.0, abs=1e-3)

@@ -7,10 +7,10 @@ import pytest
 import torch
 
 from narx.errors import MethodNotApplicableError, UserError
-from narx.inference.narx_method import NarxMethod
+from narx.inference.narx_method import NarxMethod, quality_of
 from narx.inference.start_up import StartUp
-from narx.inference.stream import OrientationStream
-from narx.method import SegmentSignals
+from narx.inference.stream import OrientationStream, Quality
+from narx.method import SegmentSignals, longest_gap_s
 from narx.network.model import Narx
 from narx.network.normalisation import Normalisation
 from narx.training.initial_weights import leaky_integrator_weights, random_weights
@@ -285,6 +285,26 @@ def test_the_start_up_has_a_standard_deviation_of_its_own(motion, rate_hz, known
     )
     parts = np.flatnonzero(np.abs(one - other).max(axis=1) > 1e-12)[0]
     assert abs(parts - np.flatnonzero(starting)[-1]) <= np.ceil(rate_hz / 100.0) + 1
+
+
+def test_the_start_up_ends_with_the_sample_that_it_hands_over(motion):
+    signals = motion("walking", duration_s=12.0).signals
+    state = START_UP.begin(signals.initial_angles_rad)
+    taken = len(START_UP.run(signals.axis_rates_rad_s, signals.interval_s, state))
+    starting = NarxMethod(network(), START_UP).run(signals).starting
+    assert np.flatnonzero(starting).tolist() == list(range(taken))
+
+
+@pytest.mark.parametrize("interval_s", [0.01, 0.010001, 0.004, 1 / 94.3])
+def test_the_longest_gap_that_is_bridged_is_no_pause(interval_s):
+    """Also at a rate that is off by a ten-thousandth, as stamps may have it."""
+    longest = round(longest_gap_s(interval_s) / interval_s)
+    for samples in range(1, 2 * longest):
+        there = np.ones(3 * longest, dtype=bool)
+        there[1:samples] = False
+        quality = quality_of(there, np.zeros_like(there), interval_s)
+        paused = samples * interval_s > longest_gap_s(interval_s) + 1e-5
+        assert quality[samples] == (Quality.AFTER_PAUSE if paused else Quality.GOOD)
 
 
 def test_no_error_known_no_standard_deviation(motion):
