@@ -215,7 +215,7 @@ def start_offsets_s(paths: list[Path], root: Path) -> Mapping[Path, float]:
     Raises
     ------
     RecordingError
-        If an acquisition time is not a date and time.
+        If an acquisition time is not a date and time, or they are centuries apart.
     """
     begun: dict[Path, pd.Timestamp] = {}
     for path in paths:
@@ -239,4 +239,9 @@ def start_offsets_s(paths: list[Path], root: Path) -> Mapping[Path, float]:
     if len(begun) < len(paths):
         return {}
     first = min(begun.values())
-    return {path: (time - first).total_seconds() for path, time in begun.items()}
+    try:
+        return {path: (time - first).total_seconds() for path, time in begun.items()}
+    except ValueError:  # beyond the range of an interval of pandas
+        raise RecordingError(
+            f"{paths[0]}: acq_time of this recording and of others of the trial are centuries apart"
+        ) from None

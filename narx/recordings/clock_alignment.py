@@ -59,6 +59,15 @@ class Misalignment:
     explained_mirrored: float
 
 
+def _check_increasing(what: str, time_s: FloatArray) -> None:
+    # a clock shifted by 1e20 s has no digits left for the intervals
+    if not (np.isfinite(time_s).all() and (np.diff(time_s) > 0).all()):
+        raise RecordingError(
+            f"clock alignment: the times of the {what} do not increase, from {time_s[0]:g} to "
+            f"{time_s[-1]:g} s"
+        )
+
+
 class _MeanRates:
     """Mean angular velocities over the reference's intervals, from both systems.
 
@@ -80,6 +89,7 @@ class _MeanRates:
         if valid.sum() < _MIN_INTERVALS:
             raise RecordingError("clock alignment: too few gyroscope samples")
         imu_time, gyroscope = imu_time[valid], gyroscope[valid]
+        _check_increasing("sensor", imu_time)
         self._first, self._last = imu_time[[0, -1]]
         self._integral = CubicSpline(imu_time, gyroscope).antiderivative()
         # values of the spline between two distant samples must not be compared
@@ -87,6 +97,7 @@ class _MeanRates:
         self._gap_begin_s, self._gap_end_s = imu_time[apart], imu_time[apart + 1]
         time = np.asarray(reference_time_s, dtype=float)
         quaternion = np.asarray(quaternion_wxyz, dtype=float)
+        _check_increasing("reference", time)
         step = float(np.median(np.diff(time)))
         n = max(1, round(interval_s / step))
         seen = np.isfinite(quaternion).all(axis=1)
