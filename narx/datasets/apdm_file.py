@@ -56,13 +56,15 @@ def read_apdm(path: Path, segment: str) -> ArrayTable:
         with h5py.File(regular_file(path), "r") as file:
             sensors = _sensors(file)
             label, sensor = _chosen(path, sensors, segment)
-            check_memory(path, 8 * 7 * 3 * int(sensor["Time"].shape[0]))
+            check_memory(path, 8 * 7 * 3 * int(sensor["Time"].size))
             columns: dict[str, FloatArray] = {"time_us": _counted(sensor["Time"])}
             for name, places in _DATASETS.items():
-                values = np.asarray(next(sensor[one] for one in places if one in sensor))
+                values = _numbers(next(sensor[one] for one in places if one in sensor), 2)
                 for axis, column in zip(AXES, values.T, strict=True):
                     columns[name.format(axis)] = np.asarray(column, dtype=np.float64)
-    except (OSError, KeyError, StopIteration, ValueError, RuntimeError, TypeError) as error:
+    # a group may be data in a damaged file, and the other way round
+    except (OSError, LookupError, StopIteration, ValueError, RuntimeError, TypeError,
+            AttributeError) as error:  # fmt: skip
         reason = str(error).strip().splitlines()[0] if str(error).strip() else "samples missing"
         raise RecordingError(f"{path}: not a whole HDF5 file of APDM ({reason})") from None
     if len({len(values) for values in columns.values()}) > 1:
@@ -98,9 +100,21 @@ def _chosen(path: Path, sensors: list[tuple[str, Any]], segment: str) -> tuple[s
     return fitting[0]
 
 
+def _numbers(data: Any, dimensions: int) -> Any:
+    values = np.asarray(data)
+    if values.dtype.kind not in "iuf" or values.ndim != dimensions:
+        raise ValueError(
+            f"{data.name} is of type {values.dtype} and shape {values.shape}, expected numbers "
+            f"in {dimensions} dimensions"
+        )
+    return values
+
+
 def _counted(times: Any) -> FloatArray:
     """Times from the first: microseconds since 1970 exceed the digits of a float of seconds."""
-    counts = np.asarray(times)
+    counts = _numbers(times, 1)
+    if np.isinf(counts).any():
+        raise ValueError(f"{times.name} has an infinite number")
     return np.asarray(counts - counts[:1], dtype=np.float64)
 
 

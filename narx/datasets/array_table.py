@@ -79,6 +79,11 @@ class ArrayTable:
         -------
         tuple of ndarray and tuple of str, or None
             Seconds and a note; None for a column of numbers.
+
+        Raises
+        ------
+        RecordingError
+            If they are further apart than pandas can tell.
         """
         values = self._read(column)
         if pd.api.types.is_timedelta64_dtype(values):
@@ -88,7 +93,12 @@ class ArrayTable:
         if not len(values):
             return np.zeros(0), ()
         begin = values.iloc[0]
-        seconds = (values - begin).dt.total_seconds()
+        try:
+            seconds = (values - begin).dt.total_seconds()
+        except OverflowError:
+            raise RecordingError(
+                f"{self.path}: column {self.names[column]} has dates centuries apart"
+            ) from None
         return np.asarray(seconds, dtype=np.float64), (f"times count from {begin.isoformat()}",)
 
 

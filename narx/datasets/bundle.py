@@ -69,7 +69,7 @@ def read_bundle(path: Path, segment: str) -> ImuRecording:
         accelerometer = _sensor(path, contents, accelerometer_file, layout, "accelerometer")
         force = accelerometer.values
         if layout.opposite is not None and layout.opposite.fits(
-            _about(contents, layout.opposite.file)
+            _about(path, contents, layout.opposite.file)
         ):
             force = -force
             note = f"accelerometer's sign changed, according to {layout.opposite.file}"
@@ -82,12 +82,15 @@ def read_bundle(path: Path, segment: str) -> ImuRecording:
     raise RecordingError(f"{path}: no gyroscope's file of a known app in it; found {found}")
 
 
-def _about(contents: dict[str, bytes | Path], name: str) -> dict[str, str]:
+def _about(path: Path, contents: dict[str, bytes | Path], name: str) -> dict[str, str]:
     """First row of a table about the recording, by column; empty without that table."""
     content = contents.get(name, b"")
     data = content.read_bytes() if isinstance(content, Path) else content
     rows = csv.DictReader(io.StringIO(data.decode("utf-8-sig", errors="replace")))
-    first = next(iter(rows), {})
+    try:
+        first = next(iter(rows), {})
+    except csv.Error as error:
+        raise RecordingError(f"{path / name}: not a table ({error})") from None
     return {str(name).strip(): str(value) for name, value in first.items()}
 
 

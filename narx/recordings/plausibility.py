@@ -88,6 +88,11 @@ def admit(recording: ImuRecording, where: str) -> ImuRecording:
             f"a slower sensor than the file's clock: {repeats.sum()} rows that repeat their "
             "predecessor left out"
         )
+        if (~repeats).sum() < 2:
+            raise RecordingError(
+                f"{where}: the gyroscope has one value throughout, expected angular rates; has it "
+                "stopped?"
+            )
         time, gyroscope, force = time[~repeats], gyroscope[~repeats], force[~repeats]
     gyroscope, overflow = without_overflow(gyroscope, float(np.median(np.diff(time))), where)
     gyroscope, faults = without_faults(time, gyroscope)

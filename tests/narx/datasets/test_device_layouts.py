@@ -263,6 +263,16 @@ def test_damaged_containers_are_one_line(tmp_path, name, content):
     assert "\n" not in str(caught.value)
 
 
+def test_a_table_about_a_recording_with_an_endless_field_is_refused(tmp_path):
+    samples = "seconds_elapsed,x,y,z\n" + "".join(f"{k / 50},0.1,{k % 7},0\n" for k in range(50))
+    with zipfile.ZipFile(tmp_path / "walk.zip", "w") as archive:
+        for name in ("Gyroscope.csv", "TotalAcceleration.csv"):
+            archive.writestr(name, samples)
+        archive.writestr("Metadata.csv", '"' + "a" * 200_000)
+    with pytest.raises(RecordingError, match=r"Metadata\.csv: not a table \(field larger"):
+        read_recording(tmp_path / "walk.zip")
+
+
 def test_a_zip_that_unpacks_to_more_than_the_limit_is_refused(tmp_path, monkeypatch):
     with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("Gyroscope.csv", "0" * 2**22)
