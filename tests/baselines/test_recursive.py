@@ -100,6 +100,20 @@ def test_sample_by_sample_it_is_the_same(motion, name, coupled):
     np.testing.assert_allclose(found, method.estimate(signals), atol=1e-9)
 
 
+def test_a_start_up_of_no_duration_is_none_sample_by_sample_too(motion):
+    signals = motion("walking", duration_s=5.0).signals
+    method = METHODS["leaky_integrator"](0.5, start_up={"duration_s": 0.0})
+    plain = METHODS["leaky_integrator"](0.5)
+    start = np.array([0.2, 0.1, -0.1])
+    found = [
+        OrientationStream(one, 100.0, initial_angles_rad=start)
+        .update_block(signals.axis_rates_rad_s)
+        .angles_rad
+        for one in (method, plain)
+    ]
+    np.testing.assert_array_equal(*found)
+
+
 def test_axes_that_are_not_wanted_are_missing_in_the_start_up_too(motion):
     signals = motion("walking", duration_s=20.0).signals
     method = METHODS["complementary_filter"](axes=["frontal"], start_up=True)

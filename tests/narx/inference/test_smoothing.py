@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from narx.errors import MethodNotApplicableError
+from narx.inference import composition
 from narx.inference.narx_method import NarxMethod
 from narx.inference.smoothing import forward_share, time_reversed
 from narx.inference.start_up import StartUp
@@ -83,6 +84,22 @@ def test_time_may_run_either_way(motion, coupled):
     assert np.rad2deg(np.abs(back[::-1] - forth).max()) > 1.0
 
 
+def test_a_washout_acts_in_both_directions(motion):
+    still = np.zeros((4000, 3))
+    rates = np.concatenate([still, motion("walking", duration_s=30.0).signals.axis_rates_rad_s])
+    rates = np.concatenate([rates, still]) + np.radians([0.0, 0.3, -0.2])
+    m = method(washout_s=8.0)
+    forth, back = (m.estimate(signals(r)) for r in (rates, -rates[::-1]))
+    np.testing.assert_allclose(back[::-1][100:-100], forth[100:-100], atol=np.deg2rad(0.1))
+    assert np.rad2deg(np.abs(forth - method().estimate(signals(rates)))).max() > 0.3
+
+
+def test_a_network_without_a_start_up_does_not_know_its_start(motion):
+    rates = motion("walking", duration_s=10.0).signals.axis_rates_rad_s
+    given, unknown = (method().estimate(signals(rates, s)) for s in (np.full(3, 0.3), None))
+    np.testing.assert_array_equal(given, unknown)
+
+
 def test_tilted_turns_come_out_better_than_from_one_pass(motion):
     turn = motion("half_turn", duration_s=60.0)
     start_up, inside = StartUp(4.0, 3.0), slice(500, None)
@@ -107,6 +124,20 @@ def test_only_the_forward_pass_is_used_until_the_hand_over_of_a_known_start(moti
     # the angles are continuous where the weights change
     jumps = np.abs(np.diff(smoothed - walk.angles_rad, axis=0))
     assert np.rad2deg(jumps.max()) < 0.1
+
+
+def test_a_known_start_settles_for_as_long_as_its_start_up_lasts(motion, monkeypatch):
+    shares = []
+
+    def watched(*arguments):
+        shares.append(arguments)
+        return forward_share(*arguments)
+
+    monkeypatch.setattr(composition, "forward_share", watched)
+    walk = motion("walking", duration_s=12.0)
+    method(START_UP, True).estimate(walk.signals)
+    taken = len(START_UP.run(walk.signals.axis_rates_rad_s, 0.01, START_UP.begin(np.zeros(3))))
+    assert shares == [(walk.signals.n_samples, taken, 400, True)]
 
 
 def test_an_unknown_start_is_corrected_by_later_samples(motion):

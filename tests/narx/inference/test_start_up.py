@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from narx.inference.start_up import StartUp
+from narx.kernels.start_up import MOVING_S
 from narx.kinematics.segment_angles import (
     angles_from_orientation,
     axis_rates,
@@ -102,6 +103,17 @@ def test_somebody_who_stands_is_waited_for():
     assert not start_up.is_over(state)
     assert len(start_up.run(rates, 1 / RATE_HZ, state)) < len(rates)
     assert start_up.is_over(state)
+
+
+def test_it_is_over_after_its_duration_in_movement():
+    """At 16 Hz two seconds are 32 samples without rounding."""
+    rates = np.tile([3.0, 0.0, 0.0], (60, 1))
+    start_up = StartUp(duration_s=2.0, averaging_s=1.0)
+    state = start_up.begin(np.zeros(3))
+    n = len(start_up.run(rates, 1.0 / 16.0, state))
+    assert state[MOVING_S] == 2.0
+    assert start_up.is_over(state)
+    assert n < 40
 
 
 def test_unknown_start_forgets_where_it_began():
