@@ -10,7 +10,7 @@ import atheris
 
 # what readers and settings treat in ways of their own
 _WORDS: tuple[Any, ...] = (
-    None, True, False, 0, -1, 1, 2, 3, 5.0, 50, 1e-3, 1e6, 1e19, 1e30, 1e300, 5e-324, math.nan,
+    None, True, False, 0, -1, 1, 2, 3, 5.0, 50, 1e-3, 1e6, 1e19, 1e30, 1e300, 2**62, math.nan,
     math.inf, [], {}, "", " ", "\n", "\r", "\0", "nan", "inf", "n/a", "1e999", "1_0", "1,5", "٣",
     '"', "'", "sep=;", "#", ";", "\t", ",", "true", "null", "{", "${x}", "!!python/none x",
     "&a [*a]", "time_s", "time_ms", "time_us", "2024-01-01T00:00:00Z", "12:00:00.5 PM", "59:59.9",

@@ -101,7 +101,10 @@ def read_study_file(folder: Path) -> StudyFile:
     if not isinstance(content, dict):
         raise UserError(f"{path}: holds no mapping, expected keys such as files and segments")
     values = {str(key): value for key, value in content.items()}
-    study = validated(StudyFile, values, f"{path}: ")
+    try:
+        study = validated(StudyFile, values, f"{path}: ")
+    except RecursionError:
+        raise UserError(f"{path}: an alias (*name) contains itself") from None
     assert isinstance(study, StudyFile)
     if study.files is None and not any(one.files for one in study.trials):
         raise UserError(f"{path}: no files, expected a pattern such as {{subject}}/{{segment}}.csv")

@@ -176,6 +176,7 @@ def test_files_named_one_by_one(folder):
     ("text", "message"),
     [
         ("files: [", "not YAML"),
+        ("columns: &a {time: *a}\nfiles: x", "contains itself"),
         ("- a", "holds no mapping"),
         ("segments: {}", "no files, expected a pattern"),
         ("file: a.csv", "file: unknown key, the closest is files"),
