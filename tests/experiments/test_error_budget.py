@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from narx.baselines import GyroIntegration
+from narx.calibration.calibrate import calibrate
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.experiments.error_budget import (
     budget_tables,
@@ -13,7 +14,13 @@ from narx.experiments.error_budget import (
     exactly_tracked,
     knee_errors,
 )
-from narx.kinematics.segment_angles import AXES, angles_from_orientation, mirror_quaternion
+from narx.kinematics.joint_angles import grood_suntay
+from narx.kinematics.segment_angles import (
+    AXES,
+    angles_from_orientation,
+    mirror_quaternion,
+    orientation_from_angles,
+)
 
 _SHORT = {
     "subjects": ["S2"],
@@ -45,6 +52,22 @@ def test_the_exact_frame_is_the_bone_seen_from_the_sensor():
         )
         between = sensor * exact_frame(truth, segment).inv() * bone.inv()
         assert np.degrees(between.magnitude()).max() < 1e-6
+
+
+def test_the_error_is_the_root_mean_square_of_the_scored_samples():
+    """By hand, of a method that drifts: its mean error counts, that of the start does not."""
+    source = SimulatedGait(**_SHORT)
+    method = GyroIntegration(coupled=True)
+    found = pd.DataFrame(knee_errors(source, "functional", method, 5.0))
+    (trial,) = source
+    calibrated = calibrate(trial, "functional")
+    thigh, shank = calibrated["thigh_right"], calibrated["shank_right"]
+    said = [orientation_from_angles(method.estimate(one.signals)) for one in (thigh, shank)]
+    error = grood_suntay(thigh.reference_wxyz, shank.reference_wxyz) - grood_suntay(*said)
+    late = np.degrees(error)[trial.time_s - trial.time_s[0] >= 5.0]
+    row = found[(found["estimate"] == "narx") & (found["side"] == "right")].iloc[0]
+    expected = np.sqrt(np.nanmean(late**2, axis=0))
+    np.testing.assert_allclose(row[list(AXES)].astype(float), expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

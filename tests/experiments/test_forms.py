@@ -46,6 +46,10 @@ def test_a_form_changes_only_parameters_of_the_method():
 
 def test_a_form_that_changes_nothing_is_no_row():
     assert list(forms_of(configuration(), "zero")) == ["zero"]
+    as_printed = configuration(printed=None, other={"gain": 0.02})
+    assert forms_of(as_printed, "madgwick") == {}
+    alike = configuration(printed={}, one={"gain": 0.1}, other={"gain": 0.1})
+    assert list(forms_of(alike, "madgwick")) == ["madgwick", "madgwick_one"]
 
 
 def test_a_form_can_be_switched_off_and_must_be_a_mapping():

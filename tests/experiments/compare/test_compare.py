@@ -86,6 +86,15 @@ def test_configurations_are_ranked_by_their_mean_over_seeds(sweep):
     assert "on the same 3 seeds: -0.500, too few seeds for an interval; p 0.25" in said
 
 
+def test_the_best_seed_does_not_rank_a_configuration(tmp_path):
+    for hidden, errors in {2: [1.0, 5.0], 3: [2.0, 2.1]}.items():
+        for seed, error in enumerate(errors):
+            make_run(tmp_path / f"{hidden}{seed}", hidden, seed, error)
+    compare([tmp_path], None, None, None)
+    table = pd.read_csv(tmp_path / "runs.csv")
+    assert table["model.hidden"].tolist() == [3, 3, 2, 2]
+
+
 def test_small_settings_are_not_printed_as_zero(tmp_path):
     for size in (1e-12, 0.0125):
         make_run(tmp_path / f"{size}", size, 0, size)
