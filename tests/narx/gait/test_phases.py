@@ -262,3 +262,31 @@ def test_the_usual_stride_is_the_median():
     """Two pauses of 8 s among four strides of 1 s would make a mean of 3.3 s."""
     found = phases_at([0.0, 1.0, 9.0, 10.0, 11.0, 19.0, 20.0, 22.0]).stride_times_s("e")
     np.testing.assert_allclose(found, [1.0, np.nan, 1.0, 1.0, np.nan, 1.0, np.nan])
+
+
+def bumps(stride_s, *of_a_stride):
+    """Twenty strides of a rate of -0.5 rad/s with bumps: place and width in s, height in rad/s."""
+    time_s = np.arange(0.0, 20 * stride_s, 0.01)
+    since_s = (time_s + 0.4) % stride_s - 0.4
+    rate = np.full_like(time_s, -0.5)
+    for at_s, width_s, height in of_a_stride:
+        rate += height * np.exp(-(((since_s - at_s) / width_s) ** 2))
+    return rate
+
+
+def test_contact_is_the_first_dip_and_the_response_ends_at_the_steepest_rise():
+    """Two dips after the swing, of which the second is deeper, and that of mid stance."""
+    rate = bumps(1.6, (0.0, 0.15, 3.0), (0.30, 0.06, -0.6), (0.50, 0.06, -0.9), (1.1, 0.1, -0.9))
+    times = {point: t[2:-2] % 1.6 for point, t in gait_phases(rate, 100.0).times_s.items()}
+    np.testing.assert_allclose(times["a"], 0.15 * np.sqrt(np.log(6.0)), atol=0.03)
+    np.testing.assert_allclose(times["b"], 0.30, atol=0.03)
+    np.testing.assert_allclose(times["c"], 0.50 + 0.06 / np.sqrt(2.0), atol=0.03)
+    np.testing.assert_allclose(times["d"], 1.1, atol=0.03)
+
+
+def test_a_swing_with_two_peaks_ends_after_the_second():
+    """The first is higher, but brief, and the rate falls through zero between them as well."""
+    rate = bumps(1.1, (-0.16, 0.05, 4.0), (0.16, 0.1, 2.8))
+    a = gait_phases(rate, 100.0).times_s["a"][2:-2]
+    np.testing.assert_allclose(np.diff(a), 1.1, atol=0.01)
+    np.testing.assert_allclose(a % 1.1, 0.16 + 0.1 * np.sqrt(np.log(5.6)), atol=0.03)

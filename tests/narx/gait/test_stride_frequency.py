@@ -3,7 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from narx.gait.stride_frequency import StrideFrequencyTracker, stride_frequency_hz
+from narx.gait.stride_frequency import (
+    StrideFrequencyTracker,
+    _autocorrelation,
+    stride_frequency_hz,
+)
 
 
 def thigh_rate(stride_hz, rate_hz, duration_s, seed=0, noise=0.05):
@@ -211,3 +215,9 @@ def test_the_running_mean_square_has_a_time_constant_of_3_s():
     changed_s = time_s[np.flatnonzero(followed > followed[3000] + 0.01)[0]] - 30.0
     # and a stride is measured from one crossing to the next
     assert seen_s + 1 / 1.2 - 0.1 < changed_s < seen_s + 2 / 1.2 + 0.1
+
+
+def test_the_end_of_a_signal_is_not_multiplied_by_its_beginning():
+    values = np.random.default_rng(6).normal(size=64)
+    expected = [values[lag:] @ values[: 64 - lag] for lag in range(40)]
+    np.testing.assert_allclose(_autocorrelation(values, 40), expected, atol=1e-12)
