@@ -129,7 +129,7 @@ def read_parquet(path: Path, rows: tuple[int, int] | None = None) -> ArrayTable:
         # metadata.schema would be a cycle of references: 16 MB for a day, until it is collected
         with pyarrow.parquet.ParquetFile(regular_file(path)) as whole:
             metadata, names = whole.metadata, tuple(whole.schema_arrow.names)
-    except (pyarrow.ArrowException, OSError) as error:
+    except (pyarrow.ArrowException, OSError, UnicodeDecodeError) as error:
         line = str(error).strip().splitlines()[0]
         raise RecordingError(f"{path}: not a whole Parquet file ({line})") from None
 
