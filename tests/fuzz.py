@@ -6,6 +6,7 @@ lines of the readers. Needs the extra ``dev`` on Linux::
     python tests/fuzz.py text             # for a minute
     python tests/fuzz.py motion_bids 3600
     python tests/fuzz.py all 36000        # all targets in turn, as long in total
+    python tests/fuzz.py all 60 FOLDER 1  # in another folder than fuzzed; the same inputs each time
 
 Starts from ``tests/corpus/TARGET`` and from what earlier runs kept in ``fuzzed/TARGET/kept``. Each
 kind of fault is printed once, with the file of its input in ``fuzzed/TARGET``; the status is then
@@ -57,8 +58,8 @@ with atheris.instrument_imports(include=["narx"], exclude=not_instrumented()):
     import fuzz_targets
 
 
-def fuzz(target: str, seconds: int, folder: Path) -> None:
-    """Run one target; does not return."""
+def fuzz(target: str, seconds: int, folder: Path, seed: int) -> None:
+    """Run one target, with inputs drawn from the seed or, if 0, from the time; does not return."""
     kept = folder / "kept"
     kept.mkdir(parents=True, exist_ok=True)
     for name, content in fuzz_targets.whole_files(target).items():
@@ -80,13 +81,14 @@ def fuzz(target: str, seconds: int, folder: Path) -> None:
     options = [
         f"-max_total_time={seconds}", f"-artifact_prefix={folder}/", f"-timeout={_LONGEST_S}",
         f"-rss_limit_mb={_MEMORY_MB}", f"-max_len={_LONGEST_INPUT}", "-print_final_stats=1",
+        f"-seed={seed}",
     ]  # fmt: skip
     corpus = TESTS / "corpus" / target
     atheris.Setup([sys.argv[0], *options, str(kept), str(corpus)], run, custom_mutator=mutated)
     atheris.Fuzz()
 
 
-def main(target: str, seconds: str = "60", folder: str = "fuzzed") -> int:
+def main(target: str, seconds: str = "60", folder: str = "fuzzed", seed: str = "0") -> int:
     """Run one target or all of them, each in a process of its own."""
     if target not in ("all", *fuzz_targets.TARGETS):
         print(f"no target '{target}': all, {', '.join(fuzz_targets.TARGETS)}", file=sys.stderr)
@@ -102,7 +104,7 @@ def main(target: str, seconds: str = "60", folder: str = "fuzzed") -> int:
         if process == 0:
             with log.open("w") as stream:
                 os.dup2(stream.fileno(), sys.stderr.fileno())
-            fuzz(one, max(1, int(seconds) // len(chosen)), place)
+            fuzz(one, max(1, int(seconds) // len(chosen)), place, int(seed))
         os.waitpid(process, 0)
         said = log.read_text(errors="replace")
         done = re.search(r"number_of_executed_units: (\d+)", said)
@@ -114,6 +116,6 @@ def main(target: str, seconds: str = "60", folder: str = "fuzzed") -> int:
 
 
 if __name__ == "__main__":
-    if not 2 <= len(sys.argv) <= 4:
+    if not 2 <= len(sys.argv) <= 5:
         sys.exit(__doc__)
     sys.exit(main(*sys.argv[1:]))

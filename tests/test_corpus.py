@@ -39,7 +39,7 @@ def test_a_reader_that_is_wrong_is_noticed(tmp_path, monkeypatch):
 @pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="needs atheris")
 def test_a_minute_of_fuzzing_finds_nothing(tmp_path):
     ran = subprocess.run(
-        [sys.executable, str(TESTS / "fuzz.py"), "all", "60", str(tmp_path)],
+        [sys.executable, str(TESTS / "fuzz.py"), "all", "60", str(tmp_path), "1"],
         capture_output=True,
         text=True,
         check=False,
