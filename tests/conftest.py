@@ -14,8 +14,9 @@ from narx.kinematics.segment_angles import orientation_from_angles
 from narx.method import SegmentSignals
 from narx.recordings.trial import GRAVITY_M_S2
 
-# modules that tests share; at the end, since this folder has a folder narx as well
-sys.path.append(str(Path(__file__).parent))
+# modules that tests share; behind the package, since this folder has a folder narx as well, which
+# processes that start with this path would import
+sys.path += [str(Path(__file__).parents[1]), str(Path(__file__).parent)]
 
 
 @dataclass(frozen=True)

@@ -143,14 +143,21 @@ def read_parquet(path: Path, rows: tuple[int, int] | None = None) -> ArrayTable:
         try:
             with pyarrow.parquet.ParquetFile(path) as file:
                 if rows is None:
-                    return file.read(columns=[names[k]]).column(0).to_pandas()
-                inside = [group for group in groups if group < len(ends)]
-                column = file.read_row_groups(inside, columns=[names[k]]).column(0)
-            skipped = start - (int(ends[groups[0] - 1]) if groups[0] else 0)
-            return column.slice(skipped, stop - start).to_pandas()
+                    column, skipped = file.read(columns=[names[k]]).column(0), 0
+                else:
+                    inside = [group for group in groups if group < len(ends)]
+                    column = file.read_row_groups(inside, columns=[names[k]]).column(0)
+                    skipped = start - (int(ends[groups[0] - 1]) if groups[0] else 0)
+            values = column.slice(skipped, stop - start).to_pandas()
         except (pyarrow.ArrowException, OSError) as error:
             line = str(error).strip().splitlines()[0]
             raise RecordingError(f"{path}: column {names[k]} cannot be read ({line})") from None
+        if len(values) != min(stop, metadata.num_rows) - start:
+            raise RecordingError(
+                f"{path}: column {names[k]} has {len(values)} rows, the file {metadata.num_rows}: "
+                "not a whole Parquet file"
+            )
+        return values
 
     return ArrayTable(path, names, read)
 
