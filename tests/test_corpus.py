@@ -41,7 +41,8 @@ def test_a_reader_that_is_wrong_is_noticed(tmp_path, monkeypatch):
 def test_a_minute_of_fuzzing_finds_nothing(tmp_path):
     ran = subprocess.run(
         [sys.executable, str(TESTS / "fuzz.py"), "all", "60", str(tmp_path), "1"],
-        env=os.environ | {"PYTHONHASHSEED": "0"},  # of what covers a line first
+        # the order of sets decides which input covers a line first
+        env=os.environ | {"PYTHONHASHSEED": "0"},
         capture_output=True,
         text=True,
         check=False,

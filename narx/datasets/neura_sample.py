@@ -28,7 +28,7 @@ from narx.gait.straight_walk import walk_before_turn_s
 from narx.recordings.clock_alignment import estimate_clock_offset, estimate_misalignment
 from narx.recordings.resampling import resample_quaternions, uniform_clock
 from narx.recordings.rest import first_rest_s
-from narx.recordings.trial import ImuRecording, ReferenceOrientation, Trial
+from narx.recordings.trial import ReferenceOrientation, Trial
 from narx.settings import FilePath, SamplingRate, checked
 from narx.types import FloatArray
 
@@ -113,11 +113,6 @@ class NeuraSample(TrialSource):
         # one trigger, one clock; the shanks give the best estimate, since soft tissue moves the
         # thigh's markers
         offset = float(np.mean([v for s, v in offsets.items() if s.startswith("shank")]))
-        for segment, table in tables.items():
-            try:
-                _refuse_contradiction(segment, table, rest_s, optical_time, frames[segment], offset)
-            except RecordingError as error:
-                raise RecordingError(f"{sensor_files[segment]}: {error}") from error
         optical_time = optical_time + offset
         times = [table[:, 0] for table in tables.values()] + [optical_time]
         clock = uniform_clock(
@@ -166,6 +161,11 @@ class NeuraSample(TrialSource):
             ),
             sources=sources,
         )
+        for segment, table in tables.items():
+            try:
+                _refuse_contradiction(recorded, segment, table, optical_time, frames[segment])
+            except RecordingError as error:
+                raise RecordingError(f"{sensor_files[segment]}: {error}") from error
         return replace(recorded, walking_s=walk_before_turn_s(recorded, recorded.still_s[0]))
 
 
@@ -227,10 +227,11 @@ def _segment_frame(segment: str, joints: dict[str, FloatArray]) -> FloatArray:
 def _clock_offset(
     path: Path, table: FloatArray, rest_s: float, optical_time: FloatArray, frame: FloatArray
 ) -> float:
+    bias = table[table[:, 0] <= rest_s, 1:4].mean(axis=0)
     try:
         offset, _ = estimate_clock_offset(
             table[:, 0],
-            table[:, 1:4] - _bias(table, rest_s),
+            table[:, 1:4] - bias,
             optical_time,
             frame,
             max_offset_s=0.2,
@@ -242,36 +243,13 @@ def _clock_offset(
 
 
 def _refuse_contradiction(
-    segment: str,
-    table: FloatArray,
-    rest_s: float,
-    optical_time: FloatArray,
-    frame: FloatArray,
-    offset_s: float,
+    trial: Trial, segment: str, table: FloatArray, optical_time: FloatArray, frame: FloatArray
 ) -> None:
     """Refuse a sensor that does not turn with the points on its segment, or whose z is not up."""
     found = estimate_misalignment(
-        table[:, 0],
-        table[:, 1:4] - _bias(table, rest_s),
-        optical_time,
-        frame,
-        offset_s=offset_s,
-        interval_s=_ALIGNMENT_INTERVAL_S,
+        table[:, 0], table[:, 1:4], optical_time, frame, interval_s=_ALIGNMENT_INTERVAL_S
     )
     refuse_contradiction(segment, found, mirrored_factor=_MIRRORED)
-    in_sensor_frame = turn_frame(frame, found.body_to_sensor)
-    refuse_tilted(
-        ImuRecording(segment, table[:, 0], table[:, 1:4], table[:, 4:7]),
-        ReferenceOrientation(
-            segment,
-            resample_quaternions(
-                optical_time + offset_s, in_sensor_frame, table[:, 0], max_gap_s=_MAX_GAP_S
-            ),
-            "sensor",
-        ),
-    )
-
-
-def _bias(table: FloatArray, rest_s: float) -> FloatArray:
-    """Mean rate of the standing at the beginning, rad/s."""
-    return table[table[:, 0] <= rest_s, 1:4].mean(axis=0)
+    anatomical = trial.reference[segment].quaternion_wxyz
+    in_sensor_frame = turn_frame(anatomical, found.body_to_sensor)
+    refuse_tilted(trial.imus[segment], ReferenceOrientation(segment, in_sensor_frame, "sensor"))
