@@ -6,18 +6,17 @@ The bytes are the file itself, or a description of files (`fuzz_documents`).
 
 import functools
 import gzip
-import importlib.util
 import re
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import fuzz_documents as documents
 import numpy as np
 import scipy.io
 import torch
+from beside import beside
 from hydra import compose, initialize_config_module
 from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
@@ -41,28 +40,6 @@ TESTS = Path(__file__).parent
 Target = Callable[[bytes, Path], str | None]
 # files that a data set of several files may hold in all
 _MOST_FILES = 12
-
-
-def beside(path: str) -> ModuleType:
-    """Import a file of the tests.
-
-    Parameters
-    ----------
-    path : str
-        Below ``tests/``.
-
-    Returns
-    -------
-    module
-        The file.
-    """
-    file = TESTS / path
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @functools.cache

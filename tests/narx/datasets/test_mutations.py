@@ -5,28 +5,18 @@ are data sets of several files.
 """
 
 import functools
-import importlib.util
 import os
 import shutil
-from pathlib import Path
 
 import pytest
+from beside import beside
 from plausible import fault_of_file, fault_of_set
 
 from narx.datasets import Broad, Joint1To3Dof, MotionBids, SmartphonePocket
 from narx.datasets.study import Study
 from narx.inference import pretrained
 
-
-def _beside(name):
-    """Import a file of this folder."""
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-mutations = _beside("mutations")
+mutations = beside("narx/datasets/mutations.py")
 
 N = int(os.environ.get("NARX_MUTATIONS", "100"))
 _CHUNK = 50
@@ -44,11 +34,17 @@ def intact(tmp_path_factory):
     root = tmp_path_factory.mktemp("intact")
     for name in ("joint_1to3dof", "broad", "motion_bids", "study"):
         (root / name).mkdir()
-    _beside("test_tracked_sensor").save_joint(root / "joint_1to3dof" / "data_2D_07.mat")
-    _beside("test_tracked_sensor").save_broad(root / "broad" / "99_made_up_motion.mat")
-    _beside("test_smartphone_pocket").write_walk(root / "smartphone_pocket", "Ada", "iPhone5")
-    _beside("test_motion_bids").write_bids(root / "motion_bids")
-    _beside("test_study").write_study(root / "study")
+    beside("narx/datasets/test_tracked_sensor.py").save_joint(
+        root / "joint_1to3dof" / "data_2D_07.mat"
+    )
+    beside("narx/datasets/test_tracked_sensor.py").save_broad(
+        root / "broad" / "99_made_up_motion.mat"
+    )
+    beside("narx/datasets/test_smartphone_pocket.py").write_walk(
+        root / "smartphone_pocket", "Ada", "iPhone5"
+    )
+    beside("narx/datasets/test_motion_bids.py").write_bids(root / "motion_bids")
+    beside("narx/datasets/test_study.py").write_study(root / "study")
     return {
         Broad: root / "broad",
         Joint1To3Dof: root / "joint_1to3dof",
