@@ -100,7 +100,9 @@ def test_angles_of_many_files(tmp_path, jobs):
     angles = tmp_path / "angles"
     call = ("predict", "input=walks", "output=angles", f"jobs={jobs}")
     process = launch(*call, folder=tmp_path)
-    lines = interrupted(process, lambda: any(angles.glob("[0-9]*.csv")))
+    # a file is finished when the journal says so, shortly after its angles are there
+    journal = angles / ".finished.jsonl"
+    lines = interrupted(process, lambda: journal.exists() and "\n" in journal.read_text())
     assert lines == ["interrupted: finished work is kept; repeat the command to do the rest"]
     assert 0 < len(list(angles.glob("[0-9]*.csv"))) < 24
     assert "finished before, left as they are" in to_the_end(launch(*call, folder=tmp_path))
