@@ -1,12 +1,18 @@
 """Run jobs in this process, in several processes, or on a Dask cluster."""
 
 import contextlib
+import math
 import multiprocessing
 import os
 import signal
+import sys
+import time
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from tqdm import tqdm
 
 from narx.errors import UserError
 from narx.experiments.predictions.jobs import Job, Outcome
@@ -14,6 +20,10 @@ from narx.experiments.predictions.jobs import Job, Outcome
 # starting a worker takes as long as a dozen files
 _ENOUGH_FOR_PROCESSES = 50
 _CONNECT_S = 10
+# intervals at which results and workers of a cluster are looked for
+_POLL_S, _LOOK_S = 0.02, 1.0
+# time without workers after which this is said
+_PATIENCE_S = 10.0
 # read by the libraries when they are loaded
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -88,15 +98,40 @@ def _on_cluster(jobs: Sequence[Job], scheduler: str) -> Iterator[Outcome]:
     with client:
         # pure=False: the same job gives another result after a change of its input
         futures = client.map(_run_in_folder, jobs, folder=os.getcwd(), pure=False)
+        running = distributed.as_completed(futures)
         try:
-            for finished in distributed.as_completed(futures):
-                yield finished.result()
+            while not running.is_empty():
+                _await_result(client, running, scheduler)
+                yield next(running).result()
         except distributed.KilledWorker as error:
             reason = " ".join(str(error).split())[:160]
             raise UserError(
                 f"scheduler: '{scheduler}' lost its workers ({reason}); the same command goes on "
                 "with the recordings that are not finished"
             ) from None
+
+
+def _await_result(client: Any, running: Any, scheduler: str) -> None:
+    """Wait for the next result; say so once if the cluster has had no worker for a while.
+
+    A queue or an adaptive cluster may start one later, so this does not end the command.
+    """
+    looked, with_workers = time.monotonic(), time.monotonic()
+    while not running.has_ready():
+        time.sleep(_POLL_S)
+        now = time.monotonic()
+        if now - looked < _LOOK_S:
+            continue
+        looked = now
+        if client.nthreads():
+            with_workers = now
+        elif now - with_workers >= _PATIENCE_S:
+            tqdm.write(
+                f"scheduler: '{scheduler}' has no workers; waiting for one (Ctrl-C ends this, "
+                "finished work is kept)",
+                file=sys.stderr,
+            )
+            with_workers = math.inf
 
 
 def _run(job: Job) -> Outcome:

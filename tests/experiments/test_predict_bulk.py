@@ -1,6 +1,7 @@
 """A folder of recordings: valid ones are processed, the others are listed."""
 
 import json
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -153,6 +154,24 @@ def test_a_dask_cluster_gives_the_same_files(run_command, folder):
              for p in (folder / "two").rglob("*_angles.csv")}  # fmt: skip
     assert found == expected
     assert (folder / "two/out/summary.csv").read_bytes() == summary
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_cluster_without_workers_is_waited_for_and_this_is_said(run_command, folder, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr("narx.experiments.predictions.workers._PATIENCE_S", 1.0)
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        starting = threading.Timer(5.0, cluster.scale, args=(1,))
+        starting.start()
+        _, _, err, _ = run_command(
+            "predict", "input=in", "output=out", f"scheduler={cluster.scheduler_address}"
+        )
+        starting.join()
+    assert err.count("has no workers; waiting for one") == 1
+    assert len(list((folder / "out").rglob("*_angles.csv"))) == 3
 
 
 @pytest.mark.filterwarnings("ignore")
