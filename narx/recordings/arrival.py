@@ -20,6 +20,8 @@ _AT_ONCE = 0.1
 _AT_ONCE_SHARE = 0.25
 # packets have the same size; if not, the delays are not symmetric
 _MOSTLY, _ONE_SIDED = 0.6, 0.4
+# deviations of stamps in steps: 0.29 steps, if they are spread evenly over one
+_STEP_SD = 0.4
 # the residuals must be without structure beyond this, over windows of a length
 _STRUCTURE_S, _MAX_STRUCTURE_S = 0.02, 0.05
 _WINDOW_S, _ARRIVAL_WINDOW_S = 1.0, 2.0
@@ -50,23 +52,20 @@ def regular_clock(time_s: FloatArray) -> tuple[FloatArray | None, str]:
     sizes = np.diff(np.r_[first, len(time_s)])
     size = int(np.median(sizes))
     period = float(np.median(np.diff(time_s[first]))) if len(first) > 1 else np.inf
-    if not np.isfinite(period) or period <= 0:
+    if not np.isfinite(period) or min(period, mean_step) <= 0:
         return None, ""
     periods = np.round(np.diff(time_s[first]) / period)
     if periods.max() > _MAX_PERIODS:
         return None, ""
     lost = np.maximum(0, periods.astype(int) - 1) * size
     with_lost = np.arange(len(time_s)) + np.repeat(np.r_[0, np.cumsum(lost)], sizes)
-    in_steps = size > 1 and np.allclose(
-        np.round(time_s / period) * period, time_s, atol=1e-6 * period
-    )
+    in_steps = size > 1 and _on_grid(time_s, period)
     at_once = (steps >= 0) & (steps < _AT_ONCE * mean_step)
     arrived = not in_steps and float(at_once.mean()) > _AT_ONCE_SHARE
-    if arrived and np.mean(sizes == size) < _MOSTLY:
+    if arrived and (np.mean(sizes == size) < _MOSTLY or _is_rounded(time_s, mean_step)):
         # jitter, rounded, has equal stamps as well, but its deviations are symmetric
         slope, start = np.polyfit(np.arange(len(time_s)), time_s - time_s[0], 1)
-        latest = np.r_[~at_once, True]
-        delay = (time_s - time_s[0] - start - slope * np.arange(len(time_s)))[latest]
+        delay = time_s - time_s[0] - start - slope * np.arange(len(time_s))
         arrived = bool(skew(delay) > _ONE_SIDED)
     if arrived:
         # the samples of a packet have arrived with its first one
@@ -96,10 +95,13 @@ def regular_clock(time_s: FloatArray) -> tuple[FloatArray | None, str]:
     interval = float(np.median(np.diff(clock)))
     # the first packet of a clock that starts at zero is stamped after a whole packet
     whole = sizes[0] == size and round(float(time_s[0]) / period) == 1
+    # a step hides less than its length; more is jitter that was rounded
+    in_steps = in_steps and float(offset.std()) < _STEP_SD * period
     if in_steps and whole:
         kind, start = f"stamps at the end of packets of {size} samples", float(offset.min())
     elif in_steps:
-        kind, start = f"stamps in steps of {period:g} s", float(offset.max())
+        kind = f"stamps in steps of {period:g} s"
+        start = float(min(offset.max(), offset.mean() + 0.5 * period))
     elif arrived:
         kind, start = "stamps at arrival", float(offset.min())
         if size > 1:
@@ -108,6 +110,21 @@ def regular_clock(time_s: FloatArray) -> tuple[FloatArray | None, str]:
         kind, start = f"jitter of the stamps {1e3 * offset.std():.1f} ms", float(offset.mean())
     how = f"{kind}: a regular clock of {1 / interval:.6g} Hz in its place"
     return time_s[0] + start + clock, how
+
+
+def _is_rounded(time_s: FloatArray, mean_step_s: float) -> bool:
+    """Return whether all stamps are multiples of about an interval."""
+    steps = np.diff(time_s)
+    unit = float(steps[steps > 0].min())
+    return unit > 0.5 * mean_step_s and _on_grid(time_s, unit)
+
+
+def _on_grid(time_s: FloatArray, unit_s: float) -> bool:
+    """Return whether the stamps are whole units apart, to a thousandth."""
+    units = (time_s - time_s[0]) / unit_s
+    # the unit was measured on one step, in which the digits of a time of day are few
+    units *= np.round(units[-1]) / units[-1]
+    return bool(np.abs(units - np.round(units)).max() < 1e-3)
 
 
 def _structure_s(residual: FloatArray, interval: float, size: int, arrived: bool) -> float:

@@ -231,3 +231,23 @@ def test_rounded_jitter_is_symmetric_and_no_arrival(device_walk):
     clock_s, how = regular_clock(stamps)
     assert how.startswith("jitter of the stamps")
     np.testing.assert_allclose(clock_s, walk.time_s, atol=2e-3)
+
+
+@pytest.mark.parametrize("jitter_s", [0.0, 0.002, 0.003, 0.006])
+@pytest.mark.parametrize(("rate_hz", "unit_s"), [
+    (128, 0.01), (100, 0.01), (200, 0.005), (200, 0.01), (200, 0.02),
+])  # fmt: skip
+def test_stamps_of_few_digits_cost_at_most_half_of_the_last_one(rate_hz, unit_s, jitter_s):
+    time_s = np.arange(60 * rate_hz) / rate_hz
+    jittered = time_s + jitter_s * np.random.default_rng(0).standard_normal(len(time_s))
+    for digits in (np.round, np.floor):
+        clock_s, _ = regular_clock(np.sort(digits(jittered / unit_s + 1e-9) * unit_s))
+        np.testing.assert_allclose(clock_s, time_s, atol=0.55 * unit_s)
+
+
+def test_jitter_does_not_shift_stamps_in_steps_from_their_end():
+    time_s = np.arange(12000) / 200.0
+    jittered = time_s + 0.006 * np.random.default_rng(0).standard_normal(len(time_s))
+    clock_s, note = regular_clock(np.sort(np.floor(jittered / 0.02) * 0.02))
+    assert "in steps of 0.02 s" in note
+    np.testing.assert_allclose(clock_s, time_s, atol=0.0005)
