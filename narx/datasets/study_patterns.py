@@ -10,6 +10,9 @@ from narx.recordings.input_file import is_bundle
 
 FIELDS = ("subject", "condition", "trial", "segment")
 _FIELD = re.compile(r"\{(\w*)\}|(\*\*/?|\*|\?)")
+_REPEATED = re.compile(r"(\{any\}|\*\*/)\1+")
+# the time to find that a path does not match grows with the power of their number
+_MAX_WILDCARDS = 8
 
 
 class FilePattern:
@@ -30,7 +33,7 @@ class FilePattern:
     Raises
     ------
     UserError
-        If a field is unknown.
+        If a field is unknown, or there are too many wildcards.
     """
 
     def __init__(self, pattern: str, segments: Mapping[str, str], where: str) -> None:
@@ -41,7 +44,18 @@ class FilePattern:
 
     def _translated(self, pattern: str) -> str:
         parts, end, used = [], 0, set()
-        for found in _FIELD.finditer(pattern):
+        # two at once match what one does
+        pattern = _REPEATED.sub(r"\1", pattern)
+        fields = list(_FIELD.finditer(pattern))
+        if (
+            sum(found[1] == "any" or found[2] not in (None, "?") for found in fields)
+            > _MAX_WILDCARDS
+        ):
+            raise UserError(
+                f"{self._where} is '{pattern}', expected at most {_MAX_WILDCARDS} of {{any}}, * "
+                "and **"
+            )
+        for found in fields:
             parts.append(re.escape(pattern[end : found.start()]))
             end = found.end()
             field, wild = found[1], found[2]

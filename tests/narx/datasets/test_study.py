@@ -181,6 +181,7 @@ def test_files_named_one_by_one(folder):
         ("segments: {}", "no files, expected a pattern"),
         ("file: a.csv", "file: unknown key, the closest is files"),
         ('files: "{who}.csv"', "no field {who}, expected {subject}"),
+        ('files: "*a*b*c*d*e*f*g*h*.csv"', "expected at most 8 of {any}, * and **"),
         ('files: "{subject}/x_{segment}.csv"', "which no file matches; there are anna/"),
         ('files: "**/*_{segment}.csv"', "are both 'shank_right' of one trial"),
         (_WHOLE + "still_s: [3, 1]", "does not start before it ends"),
@@ -245,6 +246,12 @@ def test_no_folder_and_no_description(tmp_path):
 )  # fmt: skip
 def test_patterns(pattern, path, fields):
     assert FilePattern(pattern, {}, "files").fields(path) == fields
+
+
+def test_wildcards_that_follow_each_other_are_one():
+    pattern = FilePattern("**/" * 30 + "{any}" * 30 + "x.csv", {}, "files")
+    assert pattern.fields("a/b/" + "z" * 200) is None
+    assert pattern.fields("a/b/zx.csv") == {}
 
 
 def test_names_of_sensors_in_a_pattern():
