@@ -16,6 +16,8 @@ from narx.errors import UserError
 from narx.settings import check_fields
 
 AXES = ("x", "y", "z")
+# the time to find that a name does not match grows with the power of their number
+_MAX_ANY = 3
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,12 @@ class Columns:
             raise UserError(
                 f"columns: names are {names}, expected a name, a pattern or three names"
             )
+        for name in names:
+            if name.count("{unit}") > 1 or name.count("{any}") > _MAX_ANY:
+                raise UserError(
+                    f"columns: name is '{name}', expected {{unit}} at most once and {{any}} at "
+                    f"most {_MAX_ANY} times"
+                )
         signs = [self.sign] if isinstance(self.sign, int) else self.sign
         if not isinstance(signs, Sequence) or len(signs) not in (1, 3) or {*signs} - {1, -1}:
             raise UserError(f"columns: sign is {self.sign}, expected 1 or -1, or three of them")

@@ -218,6 +218,8 @@ def test_a_description_of_ones_own(tmp_path, walk, text_of):
         ({"time": "t", "gyroscope": "g{axis}", "magnet": "m"}, "d: 'magnet' is unknown"),
         ({"time": "t", "gyroscope": {"name": "g"}}, "d: gyroscope is .*, expected a pattern"),
         ({"time": "t", "gyroscope": {"names": "g{axis}", "sign": 2}}, "sign is 2, expected 1 or"),
+        ({"time": "t", "gyroscope": "{unit}_{axis}_{unit}"}, "expected {unit} at most once"),
+        ({"time": "t", "gyroscope": "{any}" * 4 + "{axis}"}, "{any} at most 3 times"),
         ({"time": 3, "gyroscope": "g"}, "d: time is 3, expected a pattern"),
         ({"time": "t", "gyroscope": {"names": 3}}, "names are"),
         (
