@@ -6,14 +6,22 @@ import re
 _LINE_BREAK = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]+")
 
 
+# a value that is quoted may be a whole file
+_BEGINNING, _END = 1500, 500
+
+
 class UserError(Exception):
     """An input is wrong; the message names where, what was found and what is expected.
 
-    It is one line: breaks in it, as from a name in a damaged file, are shown as blanks.
+    It is one line: breaks in it, as from a name in a damaged file, are shown as blanks. Of more
+    than 2000 letters, those in the middle are left out.
     """
 
     def __str__(self) -> str:
-        return _LINE_BREAK.sub(" ", super().__str__())
+        line = _LINE_BREAK.sub(" ", super().__str__())
+        if len(line) <= _BEGINNING + _END:
+            return line
+        return f"{line[:_BEGINNING]} ... {line[-_END:]}"
 
 
 class RecordingError(UserError):

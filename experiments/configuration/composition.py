@@ -57,6 +57,9 @@ def composition_mistake(error: BaseException, command: str, overrides: Sequence[
         listed = re.search(r"Available options in '[^']*':(.*?)Config search path", text, re.DOTALL)
         files = ", ".join(listed[1].split()) if listed else f"the files of configs/{option[1]}"
         return f"{option[1]} is '{option[2]}', expected one of {files}"
+    if not text:  # an assertion on Hydra's own settings
+        own = [override for override in overrides if override.startswith("hydra")]
+        return f"Hydra refuses one of its settings: {_beginning(', '.join(own))}"
     return _one_line(text.partition("Config search path")[0])
 
 

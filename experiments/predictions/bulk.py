@@ -130,15 +130,12 @@ def run_all(jobs: list[Job], folder: Path, cfg: DictConfig) -> None:
     missing = [job for job in jobs if job.name not in done]
     if len(missing) < len(jobs):
         print(f"{len(jobs) - len(missing)} of {len(jobs)} files finished before, left as they are")
-    with (
-        open(folder / JOURNAL, "a", encoding="utf-8") as journal,
-        # closed at once after Ctrl-C, which ends its processes
-        contextlib.closing(outcomes(missing, cfg.jobs, cfg.scheduler)) as running,
-    ):
+    # closed at once after Ctrl-C, which ends its processes
+    with contextlib.closing(outcomes(missing, cfg.jobs, cfg.scheduler)) as running:
         for outcome in tqdm(running, total=len(missing), unit="file", disable=None):
             done[outcome.file] = outcome
-            journal.write(json.dumps(asdict(outcome)) + "\n")
-            journal.flush()
+            with open(folder / JOURNAL, "a", encoding="utf-8") as journal:
+                journal.write(json.dumps(asdict(outcome)) + "\n")
     # what was refused may be too large to read, or endless
     read = [file for job in jobs if done[job.name].status != "refused" for file in job.recordings]
     write_provenance(cfg, folder / RECORD, hashes_of(dict.fromkeys(read)) | data_sha256(cfg))

@@ -123,6 +123,11 @@ def _found(
                 f"{', '.join(str(index + 1) for index in of_axis)}), expected once"
             )
     indices = tuple(of_axis[0] for of_axis in found)
+    if len({*indices}) < len(indices):
+        raise RecordingError(
+            f"{where}: columns {', '.join(names[index] for index in indices)} are x, y and z, "
+            "expected three different ones"
+        )
     factor = _factor(columns, quantity, unit, indices, names, units, where)
     signs = [columns.sign] if isinstance(columns.sign, int) else list(columns.sign)
     signs = signs * len(axes) if len(signs) == 1 else signs

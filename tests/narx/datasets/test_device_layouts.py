@@ -211,6 +211,15 @@ def test_a_description_of_ones_own(tmp_path, walk, text_of):
     np.testing.assert_allclose(recording.accelerometer_m_s2, walk.accelerometer_m_s2, atol=1e-5)
 
 
+def test_one_column_for_two_axes_is_refused(tmp_path, walk, text_of):
+    (tmp_path / "walk.csv").write_text(text_of(walk.columns()))
+    twice = {"names": ["gyroscope_x_rad_s", "gyroscope_y_rad_s", "gyroscope_x_rad_s"]}
+    layout = layout_from({"time": {"names": "time_s", "unit": "s"},
+                          "gyroscope": {**twice, "unit": "rad/s"}}, "columns")  # fmt: skip
+    with pytest.raises(RecordingError, match="expected three different ones"):
+        read_recording(tmp_path / "walk.csv", layout=layout)
+
+
 @pytest.mark.parametrize(
     ("description", "message"),
     [
