@@ -5,7 +5,10 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from omegaconf import OmegaConf
 from scipy.spatial.transform import Rotation
+
+from narx.experiments.predictions.partitions import part_jobs
 
 SEGMENTS = ("thigh_right", "shank_right")
 INPUT = "input={thigh_right: in/thigh_right.parquet, shank_right: in/shank_right.parquet}"
@@ -71,6 +74,47 @@ def test_parts_are_the_whole_and_a_kill_costs_no_bytes(run_command, folder):
     assert (status, err) == (0, "")
     assert "1 of 3 files finished before" in out
     assert _written(folder / "day") == expected
+
+
+def _job(folder, cut, **options):
+    """Parts of 100 s of two sensors, of which `cut` leaves the rows from and to some times."""
+    files = {}
+    for segment, (begin, end) in cut.items():
+        path = folder / "in" / f"{segment}.parquet"
+        table = pd.read_parquet(path)
+        table[(table.time_s >= begin) & (table.time_s <= end)].to_parquet(path)
+        files[segment] = path
+    cfg = OmegaConf.create({"columns": None, "device": None, "format": "csv"} | options)
+    return files, part_jobs(cfg, files, folder / "day")
+
+
+def test_parts_have_a_minute_of_lead_and_end_where_the_next_one_begins(folder):
+    files, jobs = _job(
+        folder, {"thigh_right": (10.0, 359.99), "shank_right": (0.0, 340.0)}, partition_s=100.0
+    )
+    # from the latest begin; 30 s after 310 s belong to the last part
+    assert [(one.begin_s, one.end_s) for one in jobs] == [
+        (10.0, 110.0), (110.0, 210.0), (210.0, np.inf),
+    ]  # fmt: skip
+    assert [one.first for one in jobs] == [True, False, False]
+    assert [one.target.name for one in jobs] == [f"000{k}_angles.csv" for k in range(3)]
+    times = {segment: pd.read_parquet(path).time_s for segment, path in files.items()}
+    for one, lead in zip(jobs, (0.0, 60.0, 60.0), strict=True):
+        for segment, (path, first, stop) in one.rows.items():
+            assert path == files[segment]
+            assert times[segment].iloc[first] == pytest.approx(one.begin_s - lead)
+            if np.isfinite(one.end_s):
+                # the sample at its end is the first of the next part
+                assert times[segment].iloc[stop] == pytest.approx(one.end_s)
+            else:
+                assert stop == len(times[segment])
+
+
+def test_a_last_part_of_more_than_a_minute_is_its_own(folder):
+    _, jobs = _job(
+        folder, {"thigh_right": (0.0, 270.0), "shank_right": (0.0, 359.0)}, partition_s=100.0
+    )
+    assert [one.begin_s for one in jobs] == [0.0, 100.0, 200.0]
 
 
 def test_a_long_session_needs_a_folder(run_command, folder, monkeypatch):

@@ -286,6 +286,24 @@ def test_stand_walk_stand(condition):
         assert 3 <= strikes + 1 <= 5
 
 
+def test_fewest_and_most_steps_occur_and_times_count_the_hand():
+    source = SimulatedGait(
+        protocol="stand_walk_stand", steps=(2, 3), trials_per_condition=8, subjects=["S1"],
+        conditions=["normal"], ideal=True, sampling_rate_hz=50.0, segments=["pelvis"],
+        handling_s=10.0,
+    )  # fmt: skip
+    steps = set()
+    for trial in source:
+        begin, end = trial.still_s[0]
+        assert begin == 10.0
+        assert 13.0 <= end <= 15.0
+        assert 3.0 - 0.02 <= trial.time_s[-1] - trial.walking_s[1] <= 5.0
+        steps.add(1 + sum(len(trial.events[f"heel_strike_{s}"]) for s in ("right", "left")))
+    assert steps == {2, 3}
+    on_treadmill = SimulatedGait(handling_s=10.0, treadmill_duration_s=25.0)
+    assert (on_treadmill.index()["duration_s"] == 35.0).all()
+
+
 def test_over_ground_the_walker_gets_somewhere():
     source = SimulatedGait(protocol="stand_walk_stand", steps=(12, 12))
     truth = source.truth("S1", "normal", "1")

@@ -52,6 +52,16 @@ def test_degrees_are_seen_amid_rest():
         warn_of_degrees(rates, "walk")
 
 
+@pytest.mark.parametrize(("n", "every"), [(1999, 1), (2000, 2), (10_000, 10)])
+def test_a_thousand_samples_or_more_are_read_from_all_of_a_recording(n, every):
+    """Those that are read turn by 40 rad/s in the second half, the others by 1000."""
+    rates = np.full((2, n, 3), 1000.0)
+    rates[:, ::every] = 0.0
+    rates[:, n // 2 :][:, (-(n // 2)) % every :: every] = 40.0
+    with pytest.warns(UserWarning, match="root mean square of 28.3 rad/s"):
+        warn_of_degrees(rates, "walk")
+
+
 def test_a_network_warns():
     model = Narx(100.0, Normalisation(2.0, 0.5))
     with pytest.warns(UserWarning, match=WORDS):

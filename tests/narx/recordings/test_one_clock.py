@@ -25,7 +25,7 @@ def test_usual_intervals_decide_although_the_recording_pauses():
     assert there[(turned_s > 0.01) & (turned_s < 4.9)].all()
 
 
-@pytest.mark.parametrize(("without_force", "slower"), [(160, False), (180, True)])
+@pytest.mark.parametrize(("without_force", "slower"), [(169, False), (171, True)])
 def test_a_slower_accelerometer_is_missing_in_a_fifth_of_the_rows_of_the_gyroscope(
     without_force, slower
 ):
@@ -35,3 +35,17 @@ def test_a_slower_accelerometer_is_missing_in_a_fifth_of_the_rows_of_the_gyrosco
     force[np.flatnonzero(np.isfinite(rates[:, 0]))[:without_force]] = np.nan
     recording = ImuRecording("leg", np.arange(1000) / 100.0, rates, force)
     assert (at_gyroscope_times(recording) is not recording) == slower
+
+
+def test_a_sample_without_one_axis_is_interpolated_and_two_in_a_row_are_a_gap():
+    """Gyroscope at 100 Hz from 0 to 2 s, accelerometer at 50 Hz at every other of its samples."""
+    time_s = np.arange(201) / 100.0
+    force = np.full((201, 3), np.nan)
+    force[::2] = np.column_stack([time_s, 2.0 * time_s, 9.81 + 0.0 * time_s])[::2]
+    force[50, 2] = np.nan
+    force[100] = force[102] = np.nan
+    found = at_gyroscope_times(ImuRecording("leg", time_s, np.ones((201, 3)), force))
+    there = np.isfinite(found.accelerometer_m_s2).all(axis=1)
+    # from its first sample to its last one, but for the three between 0.98 and 1.04 s
+    np.testing.assert_array_equal(np.flatnonzero(~there), np.arange(99, 104))
+    np.testing.assert_allclose(found.accelerometer_m_s2[there, 1], 2.0 * time_s[there], atol=1e-12)

@@ -7,7 +7,7 @@ import pytest
 
 from narx.simulation.gait_timing import STRIDE_TIME_CV, overground_timing, treadmill_timing
 
-TOE_OFF, LAG = 0.64, 0.5
+TOE_OFF, LAG = 0.64, 0.52
 
 
 def _treadmill(seed=0, duration_s=300.0):
@@ -78,3 +78,36 @@ def test_no_event_is_missing_at_the_end():
 def test_the_phase_always_grows():
     timing = _treadmill(3)
     assert np.all(np.diff(timing.phase_of_time(np.arange(-1.0, 301.0, 0.01))) > 0.0)
+
+
+def test_the_variation_of_joints_is_not_that_of_the_stride_times():
+    """Stride times and every channel are drawn apart: what they have in common is chance."""
+    rng = np.random.default_rng(5)
+    timing = treadmill_timing(rng, 1.0, TOE_OFF, LAG, 1.0, 1.0, 2000.0, 2)
+    strikes = timing.events["heel_strike_right"][10:]
+    phase = np.round(timing.phase_of_time(strikes))
+    both = timing.variation(phase[:-1], slice(0, 2))
+    assert np.abs(np.corrcoef(np.diff(strikes), both.T)[0, 1:]).max() < 0.25
+    assert both.std() == pytest.approx(1.0, abs=0.3)
+
+
+def test_strides_do_not_run_out_before_the_recording_does():
+    """Of 30,000 strides, whose slow variation adds up to some dozen more or less."""
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        timing = treadmill_timing(rng, 0.01, TOE_OFF, LAG, 1.0, 1.0, 301.0, 1)
+        assert timing.phase_of_time.t[-1] > 301.0
+
+
+def test_over_ground_the_first_and_the_last_step_grow_with_the_stride():
+    rng = np.random.default_rng(0)
+    timing = overground_timing(rng, 2.0, TOE_OFF, LAG, 3.0, 8, 4.0, 1)
+    np.testing.assert_allclose(timing.size(np.array([3.6, 4.2, 9.8, 10.4])), [0.5, 1.0, 1.0, 0.5])
+
+
+def test_no_foot_strikes_as_the_walk_begins():
+    """The standing foot lifts at once; one fifth of a stride passes before the first strike."""
+    for seed in range(8):
+        timing = _treadmill(seed)
+        first = min(timing.events[f"heel_strike_{side}"][0] for side in ("right", "left"))
+        assert 4.24 < first < 6.2

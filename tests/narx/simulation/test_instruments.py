@@ -167,6 +167,50 @@ def test_sensors_of_the_shank_are_on_its_inner_side_below_the_knee():
     )
     np.testing.assert_allclose(right, left * [1, -1, 1], atol=0.015)
     np.testing.assert_allclose(right[1:], [0.02 * BODY.girth, -0.4 * BODY.shank_m], atol=0.008)
+    np.testing.assert_allclose(right[0], 0.035 * BODY.girth, atol=0.008)
+
+
+@pytest.mark.parametrize(
+    ("segment", "place_m", "length_m"),
+    [
+        ("pelvis", [-0.10, 0.0, 0.08], 0.0),
+        ("thigh_right", [0.03, -0.075, 0.0], 0.245 * 1.7),
+        ("thigh_left", [0.03, 0.075, 0.0], 0.245 * 1.7),
+    ],
+)
+def test_sensors_are_behind_the_pelvis_and_half_way_down_the_side_of_the_thigh(
+    segment, place_m, length_m
+):
+    """Of a stout person: thickness as the girth, length as the bone; 15 mm about each axis."""
+    stout = Body(1.7, 4.0 * 22.0 * 1.7**2)
+    model = sensor_model("physilog")
+    places = np.array(
+        [
+            draw_session(seed, "S1", stout, model, "random", [segment]).mountings[segment].offset_m
+            for seed in range(400)
+        ]
+    )
+    expected = np.array(place_m) * [2.0, 2.0, 1.0] - [0.0, 0.0, 0.5 * length_m]
+    np.testing.assert_allclose(places.mean(axis=0), expected, atol=0.003)
+    np.testing.assert_allclose(places.std(axis=0), 0.015, rtol=0.12)
+
+
+def test_only_a_sensor_wobbles_and_by_its_size():
+    session = draw_session(0, "S1", BODY, sensor_model("physilog"), "random", ["shank_right"])
+    assert session.tissues["shank_right"].wobble_axis.any()
+    assert not session.markers["shank_right"].tissue.wobble_axis.any()
+    rng = np.random.default_rng(0)
+    skin = draw_skin(rng, "shank_right")
+    axes = [
+        [
+            draw_soft_tissue(rng, "shank_right", SENSOR_GAIN, skin, wobbles).wobble_axis
+            for _ in range(400)
+        ]
+        for wobbles in (True, False)
+    ]
+    # 20 rad per metre of the shock's displacement
+    np.testing.assert_allclose(np.std(axes[0], axis=0), 20.0, rtol=0.1)
+    assert np.abs(axes[1]).max() == 0.0
 
 
 @pytest.mark.parametrize(("mass_kg", "girth"), [(22.0 * 1.7**2, 1.0), (88.0 * 1.7**2, 2.0)])

@@ -6,6 +6,7 @@ import pytest
 from narx.datasets.simulated_gait import SimulatedGait
 from narx.errors import UserError
 from narx.kinematics.joint_angles import joint_angles
+from narx.simulation.pauses import Pauses
 
 SHORT = {
     "subjects": ["S1"],
@@ -43,6 +44,16 @@ def test_a_pause_interrupts_the_walk_and_nothing_else(whole, sits):
     assert rate[rests].max() < np.radians(5.0)
     turned_deg = np.degrees(rate[(truth.time_s > 13.5) & (truth.time_s < 15.5)].sum() / 100.0)
     assert turned_deg > 75.0 if sits else turned_deg < 5.0
+
+
+def test_the_steps_cease_first_then_the_walker_sits_down():
+    """1.5 s to stand, 1.8 s to sit, and the same in reverse; half-way each is half of it."""
+    pauses = Pauses([(10.0, 30.0)], True)
+    size = pauses.walking(np.array([10.0, 10.75, 11.5, 20.0, 28.5, 29.25, 30.0]))
+    np.testing.assert_allclose(size, [1.0, 0.5, 0.0, 0.0, 0.0, 0.5, 1.0], atol=1e-12)
+    seat = pauses.seat_rad(np.array([11.5, 12.4, 13.3, 20.0, 26.7, 27.6, 28.5]))
+    np.testing.assert_allclose(np.degrees(seat), [0.0, 40.0, 80.0, 80.0, 80.0, 40.0, 0.0])
+    assert not Pauses([(10.0, 30.0)]).seat_rad(np.array([20.0])).any()
 
 
 @pytest.mark.parametrize(

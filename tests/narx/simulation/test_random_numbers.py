@@ -34,3 +34,6 @@ def test_smooth_noise_is_a_function_of_time():
     power = np.abs(np.fft.rfft(noise(slow)[:, 0])) ** 2
     frequency = np.fft.rfftfreq(len(slow), 0.01)
     assert power[frequency > 1.0].sum() < 0.02 * power[1:].sum()
+    # flat up to its bandwidth: the lower half of the band holds half of the power
+    lower = (frequency > 0.0) & (frequency < 0.25)
+    assert power[lower].sum() / power[1:].sum() == pytest.approx(0.5, abs=0.15)

@@ -81,16 +81,28 @@ def test_low_pass_is_down_by_three_decibels_at_its_cutoff():
     assert amplitude[2] < 0.08
 
 
+def test_nothing_above_two_fifths_of_the_output_rate_is_let_pass():
+    """Of 500 Hz every fifth is read: 40 Hz is down by 3 dB, though the filter would be wider."""
+    t = np.arange(20_000) / 500.0
+    true = np.column_stack([np.sin(2 * np.pi * f * t) for f in (2.0, 39.9, 160.1)])
+    amplitude = np.abs(_measure(true, every=5, bandwidth_hz=100.0)[200:]).max(axis=0)
+    np.testing.assert_allclose(amplitude[:2], [1.0, np.sqrt(0.5)], atol=0.01)
+    assert amplitude[2] < 0.05
+
+
 def test_low_pass_begins_at_rest():
     reading = _measure(np.full((100, 3), 4.0))
     assert np.abs(reading - 4.0).max() < 2e-4
 
 
-def test_bias_random_walk_grows_with_the_root_of_time():
+@pytest.mark.parametrize("every", [1, 4])
+def test_bias_random_walk_grows_with_the_root_of_time(every):
+    """Of the readings: how often the true signal is computed does not matter."""
     model = replace(PERFECT, random_walk=0.01)
+    true = np.zeros((5000 * every, 3))
     ends = np.concatenate(
         [
-            measure(np.zeros((5000, 3)), 100.0, 1, model, EXACT, 40.0, 16, rng)[[1249, 4999]].T
+            measure(true, 100.0 * every, every, model, EXACT, 40.0, 16, rng)[[1249, 4999]].T
             for rng in map(np.random.default_rng, range(150))
         ]
     )
@@ -99,9 +111,11 @@ def test_bias_random_walk_grows_with_the_root_of_time():
     assert spread[0] == pytest.approx(spread[1] / 2.0, rel=0.15)
 
 
-def test_instability_keeps_its_size():
+@pytest.mark.parametrize("every", [1, 4])
+def test_instability_keeps_its_size(every):
     model = replace(PERFECT, instability=0.1, instability_time_s=2.0)
-    drift = _measure(np.zeros((100_000, 3)), model, rate_hz=100.0, bandwidth_hz=40.0)
+    true = np.zeros((100_000 * every, 3))
+    drift = _measure(true, model, rate_hz=100.0 * every, every=every, bandwidth_hz=40.0)
     assert drift.std() == pytest.approx(0.1, rel=0.15)
     lagged = np.mean(drift[:-200] * drift[200:]) / np.mean(drift**2)
     assert lagged == pytest.approx(np.exp(-1.0), abs=0.12)
@@ -119,5 +133,16 @@ def test_instability_begins_as_large_as_it_stays():
 def test_the_papers_sensors():
     assert np.degrees(sensor_model("physilog").gyroscope.full_range) == pytest.approx(900.0)
     assert np.degrees(sensor_model("mpu6150").gyroscope.full_range) == pytest.approx(250.0)
+    for name, ranges_g, noise_deg_s, noise_ug in (
+        ("physilog", 11.0, 0.05, 350.0), ("mpu6150", 2.0, 0.005, 400.0),
+    ):  # fmt: skip
+        model = sensor_model(name)
+        assert model.accelerometer.full_range == pytest.approx(ranges_g * 9.80665)
+        assert np.degrees(model.gyroscope.noise_density) == pytest.approx(noise_deg_s)
+        assert model.accelerometer.noise_density == pytest.approx(noise_ug * 9.80665e-6)
+    biases = [np.degrees(sensor_model(s).gyroscope.bias_sd) for s in ("physilog", "mpu6150")]
+    np.testing.assert_allclose(biases, [1.0, 5.0])
+    biases = [sensor_model(s).accelerometer.bias_sd for s in ("physilog", "mpu6150")]
+    np.testing.assert_allclose(biases, [0.0980665, 0.2941995])
     with pytest.raises(UserError, match="no sensor 'xsens'; known are physilog, mpu6150"):
         sensor_model("xsens")

@@ -78,6 +78,8 @@ def test_standing_puts_the_ankles_where_they_belong():
     )
     # Winter (2009), Fig. 4.1: the hip at 0.53 of the height
     assert BODY.leg_m == pytest.approx(0.530 * BODY.height_m, abs=0.001)
+    # Bell et al. (1990): the hips a tenth of the height apart
+    assert ankle[0, 1] == pytest.approx(-0.05 * BODY.height_m)
 
 
 def test_stance_share_hands_over_in_double_support():
@@ -92,6 +94,27 @@ def test_stance_share_hands_over_in_double_support():
     assert np.abs(np.diff(share)).max() < 0.02
     assert share.min() >= -1e-12
     assert share.max() <= 1.0 + 1e-12
+
+
+@pytest.mark.parametrize("window", [(0.0, 1.0), (0.1, 0.8), (-0.3, 1.0)])
+def test_the_load_is_half_over_in_the_middle_of_its_window(window):
+    """Double support lasts to the other foot's toe-off: 0.17 of the stride, then 0.11."""
+    toe_off, lag = 0.64, 0.53
+    middle, end = 0.5 * (window[0] + window[1]), window[1]
+    to_right, to_left = toe_off + lag - 1.0, toe_off - lag
+    moments = np.array(
+        [
+            1.0 + middle * to_right, 1.0 + window[0] * to_right, 1.0 + end * to_right,
+            lag + middle * to_left, lag + window[0] * to_left, lag + end * to_left,
+        ]
+    )  # fmt: skip
+    share = stance_share(moments, toe_off, lag, window)
+    np.testing.assert_allclose(share, [0.5, 0.0, 1.0, 0.5, 1.0, 0.0], atol=1e-9)
+    # just inside the window the transfer has begun, and is not over
+    inside = 0.1 * (window[1] - window[0])
+    early, late = (1.0 + (at + d) * to_right for at, d in ((window[0], inside), (end, -inside)))
+    share = stance_share(np.array([early, late]), toe_off, lag, window)
+    assert 0.0 < share[0] < 0.01 < 0.99 < share[1] < 1.0
 
 
 def test_a_stance_foot_rolls_without_slipping():

@@ -36,6 +36,33 @@ def test_rates_integrate_to_the_true_orientation_and_the_path_follows(integrated
     assert course == pytest.approx(120.0, abs=8.0)
 
 
+def test_a_walker_leans_about_its_own_forward_axis_and_limbs_go_along():
+    """Heading first, then the lean: a thigh beside the pelvis turns and tips with it."""
+    rate_hz, speed_m_s = 500.0, 1.5
+    time_s = np.arange(2000) / rate_hz
+    still = Rotation.identity(len(time_s))
+    beside = np.tile([0.0, 0.1, -0.4], (len(time_s), 1))
+    straight = SkeletonMotion(
+        time_s,
+        rate_hz,
+        {},
+        {"thigh_left": still},
+        {"thigh_left": beside},
+        np.column_stack([speed_m_s * time_s, 0.0 * time_s, np.full(len(time_s), 0.9)]),
+    )
+    turned = Turns([(0.0, 4.0)], 120.0).turned(straight, speed_m_s)
+    middle = 1000
+    lean = -np.arctan(speed_m_s * (35.0 / 16.0 * np.radians(120.0) / 4.0) / GRAVITY_M_S2)
+    heading = Rotation.from_rotvec([0.0, 0.0, np.radians(60.0)])
+    expected = heading * Rotation.from_rotvec([lean, 0.0, 0.0])
+    found = turned.orientations["thigh_left"][middle]
+    assert (expected.inv() * found).magnitude() < 1e-6
+    place = turned.centres_m["thigh_left"][middle]
+    np.testing.assert_allclose(place, expected.apply(beside[0]), atol=1e-6)
+    # the hips tip about the ground below them
+    assert turned.pelvis_m[middle, 2] == pytest.approx(0.9 * np.cos(lean), abs=1e-6)
+
+
 def test_a_steady_turn_is_that_of_a_body_on_a_circle():
     """Uniform motion on a circle: radius v / w, centripetal force v w, lean atan(v w / g)."""
     rate_hz, speed_m_s, duration_s = 500.0, 1.5, 20.0

@@ -108,3 +108,19 @@ def test_half_of_the_variance_has_to_be_explained(explained, found):
     lag_s = target_lag_s([TrainingSequence("walk", late.signals, late.target_rad + noise)])
     assert (lag_s is not None) == found
     assert lag_s is None or lag_s == pytest.approx(0.004, abs=0.005)
+
+
+@pytest.mark.parametrize("ends", [slice(None, 3), slice(-3, None)])
+def test_what_happens_at_the_ends_of_a_recording_does_not_count(ends):
+    """The spline of the gyroscope ends there; continued, a knock shifts the lag by 7 to 10 ms."""
+    knocked = walk(0.004, seconds=5.0)
+    knocked.signals.axis_rates_rad_s[ends] += 30.0
+    assert target_lag_s([knocked]) == pytest.approx(0.004, abs=1e-4)
+
+
+def test_a_short_gap_of_the_target_stays_a_gap():
+    late = walk(0.004)
+    late.target_rad[500:503] = np.nan
+    (aligned,) = on_gyroscope_clock([late])
+    missing = np.flatnonzero(np.isnan(aligned.target_rad[10:-10, 0])) + 10
+    np.testing.assert_array_equal(missing, np.arange(499, 503))
