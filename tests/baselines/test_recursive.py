@@ -125,6 +125,19 @@ def test_axes_that_are_not_wanted_are_missing_in_the_start_up_too(motion):
 AXES = ("complementary_filter", "giof")
 
 
+@pytest.mark.parametrize("name", AXES)
+def test_after_a_start_up_the_accelerometer_gives_the_tilt_not_the_deviation_from_the_posture(
+    motion, name
+):
+    """A known start 0.3 rad from the tilt that the accelerometer shows in the walk and at rest."""
+    walk = motion("stand_walk_stand", duration_s=60.0)
+    signals = walk.changed(initial_angles_rad=np.array([0.3, -0.2, 0.0])).signals
+    start_up = {"duration_s": 6.0, "averaging_s": 4.0}
+    angles = METHODS[name](start_up=start_up).estimate(signals)
+    np.testing.assert_allclose(angles[500, :2] - walk.angles_rad[500, :2], [0.3, -0.2], atol=0.02)
+    np.testing.assert_allclose(angles[-1, :2], walk.angles_rad[-1, :2], atol=0.02)
+
+
 @pytest.mark.parametrize("name", sorted(set(RECURSIVE) - set(AXES)))
 def test_a_washout_removes_a_constant_deviation(motion, name):
     walk = motion("walking", duration_s=120.0).signals

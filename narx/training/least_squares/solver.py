@@ -69,7 +69,7 @@ class Result:
         Last weight decay.
     history : dict of str to ndarray, shape (evaluations + 1, R)
         ``cost`` (regularised, of the current weights), ``damping`` and ``gradient`` (largest
-        entry) of every iteration; NaN after a start has stopped.
+        entry) of every iteration, and the cost after the last; NaN after a start has stopped.
     """
 
     weights: FloatArray
@@ -189,9 +189,7 @@ class _Run:
 
     def result(self) -> Result:
         self.codes[self.codes == RUNNING] = lm_step.EVALUATIONS
-        self.history.append(
-            np.array([self.cost, self.mu * self.mu_unit, np.full(len(self.cost), np.nan)])
-        )
+        self._record(self.mu * self.mu_unit, np.full(len(self.cost), np.nan))
         history = np.array(self.history)
         return Result(
             self.weights,
@@ -226,7 +224,8 @@ class _Run:
 
     def _record(self, mu: FloatArray, gradient: FloatArray) -> None:
         row = np.array([self.cost, mu, gradient])
-        row[:, self.codes != RUNNING] = np.nan
+        # the cost after a start's last step is its last number
+        row[:, self.n_evaluations < len(self.history)] = np.nan
         self.history.append(row)
 
 

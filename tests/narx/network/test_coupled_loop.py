@@ -124,7 +124,7 @@ def test_gradcheck_by_everything():
 
 
 @pytest.mark.parametrize("offset_free", [False, True])
-@pytest.mark.parametrize("axis_weights", [(1.0, 2.0, 0.5), (1.0, 1.0, 0.0)])
+@pytest.mark.parametrize("axis_weights", [(1.0, 2.0, 0.5), (1.0, 1.0, 0.0), (1.0, 0.0, 0.5)])
 def test_normal_equations_against_autograd(offset_free, axis_weights):
     weights, rates, state, posture = problem(9, 150)
     weights.requires_grad_()

@@ -154,3 +154,16 @@ def test_a_start_ends_a_stage_as_soon_as_its_mean_square_is_low_enough():
     ended = [row["cost_deg2"] for row in result.history(stages) if row["stage"] == 0.0]
     assert ended[-1] <= limit < ended[-2]
     assert len(ended) < len(costs)
+
+
+def test_each_stage_of_a_start_ends_with_its_cost_however_long_the_others_take():
+    stages, validation = curriculum()
+    starts = random_starts(4, np.random.default_rng(0))
+    options = Options(Stopping(max_evaluations=15, cost_change=0.3))
+    result = multi_start(stages, starts, validation, options)
+    assert len(set(result.stages["closed"][0].n_evaluations)) > 1
+    for start in range(4):
+        history = result.history(stages, start)
+        assert np.isfinite([row["cost_deg2"] for row in history]).all()
+        squares = stages[-1].problem.products(result.all_weights[start][None])[0, -1, -1]
+        assert history[-1]["cost_deg2"] == pytest.approx(squares * stages[-1].mean_square)

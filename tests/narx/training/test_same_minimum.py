@@ -36,6 +36,16 @@ def test_a_small_difference_of_any_weight_counts_and_so_does_divergence():
     np.testing.assert_array_equal(found, np.arange(len(found)))
 
 
+def test_a_difference_is_relative_to_the_largest_weight_of_its_kind():
+    one = np.random.default_rng(3).normal(size=STRUCTURE.n_weights)
+    one[STRUCTURE.w2] = [1e-4, 1.0, 2.0]
+    other = one.copy()
+    other[STRUCTURE.w2.start] *= 2.0
+    np.testing.assert_array_equal(first_alike(np.array([one, other]), STRUCTURE), [0, 0])
+    other[STRUCTURE.w2.start] *= 50.0
+    np.testing.assert_array_equal(first_alike(np.array([one, other]), STRUCTURE), [0, 1])
+
+
 def test_a_restart_in_the_minimum_of_an_earlier_one_has_its_end():
     rng = np.random.default_rng(2)
     one, end, other = rng.normal(size=(3, STRUCTURE.n_weights))

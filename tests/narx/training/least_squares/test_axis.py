@@ -7,6 +7,7 @@ import torch
 from narx.network.closed_loop import closed_loop_by_torch
 from narx.network.structure import NarxStructure
 from narx.training.least_squares.axis import NetworkFit
+from narx.training.least_squares.by_torch import products_by_torch
 
 DEFAULT = NarxStructure()
 
@@ -71,6 +72,28 @@ def test_multi_step_restarts_from_measured_outputs(n_sequences, horizon):
     (gradient,) = torch.autograd.grad(cost, weights)
     np.testing.assert_allclose(ours_cost, cost.item(), rtol=1e-12)
     np.testing.assert_allclose(ours_gradient, gradient, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("horizon", [None, 2, 7])
+def test_residuals_by_torch_have_the_products_of_the_compiled_loop(horizon):
+    weights, inputs, targets, state = problem(2, 60)
+    targets[0, 20:23] = targets[1, 50:] = torch.nan
+    share = torch.tensor([0.5, 2.0], dtype=torch.float64)
+    options = {"sequence_weights": share, "washout": 3, "horizon": horizon}
+    fit = NetworkFit(inputs, targets, state, structure=DEFAULT, **options)
+    starts = weights.numpy()[None]
+    found, expected = fit.products(starts)[0], products_by_torch(fit.residuals, starts)[0]
+    np.testing.assert_allclose(np.tril(found), np.tril(expected), rtol=1e-9, atol=1e-9)
+
+
+def test_restarts_from_its_own_outputs_change_nothing():
+    """With more output lags than the horizon: the first restart needs the first state as well."""
+    structure, rng = NarxStructure(2, 1, 2, 3), np.random.default_rng(1)
+    shapes = (structure.n_weights, (1, 20, 1), (1, structure.n_state))
+    weights, inputs, state = (torch.from_numpy(0.5 * rng.standard_normal(n)) for n in shapes)
+    outputs, _ = closed_loop_by_torch(weights, inputs, state, structure=structure)
+    fit = NetworkFit(inputs, outputs, state, structure=structure, horizon=2)
+    assert fit.residuals(weights).abs().max() < 1e-12
 
 
 def test_nothing_counts():

@@ -67,6 +67,14 @@ def test_a_window_is_one_step_of_the_closed_loop():
         torch.testing.assert_close(predicted[k], step[0])
 
 
+def test_every_window_of_many_counts():
+    """More than the share of one thread, and no whole number of vectors."""
+    fit, w = OneStepFit(windows_of(2, 9000), DEFAULT), numbers(n_starts=1)
+    assert fit.n_residuals > 16384
+    squares = fit.residuals(torch.from_numpy(w[0])).square().sum()
+    assert fit.products(w)[0, -1, -1] == pytest.approx(float(squares), rel=1e-9)
+
+
 @pytest.mark.concurrency
 def test_threads_do_not_change_a_bit():
     fit = OneStepFit(windows_of(4, 9000), DEFAULT)

@@ -184,3 +184,83 @@ def test_bayesian_regularisation():
         both = 0.5 * products[-1, -1] + 0.5 * decay * (end.weights**2).sum()
         np.testing.assert_allclose(end.history["cost"][-1, 0], both)
         assert 0 < gamma < 19
+
+
+class Told:
+    """Given costs, one after another, with a gradient and a curvature that stay."""
+
+    n_weights, n_residuals = 2, 9
+
+    def __init__(self, costs, curvature=(4.0, 1.0)):
+        self.costs, self.curvature = iter(costs), curvature
+
+    def products(self, weights):
+        out = np.zeros((1, 3, 3))
+        out[0, [0, 1], [0, 1]], out[0, 2] = self.curvature, [1.0, 1.0, 2.0 * next(self.costs)]
+        return out
+
+
+@pytest.mark.parametrize(("damping", "unit"), [("diagonal", 1.0), ("identity", 4.0)])
+def test_damping_grows_from_a_thousandth_of_the_largest_curvature_until_it_is_useless(
+    damping, unit
+):
+    """Each rejected step in a row doubles the factor of the next increase (Nielsen 1999)."""
+    options = Options(damping=damping, bayesian=True)
+    end = levenberg_marquardt(Told([10.0, *[20.0] * 99]), [0.5, 0.5], options)
+    n = np.arange(10)
+    np.testing.assert_allclose(end.history["damping"][:, 0], 1e-3 * unit * 2.0 ** (n * (n + 1) / 2))
+    assert end.codes == [ResultCode.DAMPING]  # beyond 1e10
+    assert end.n_evaluations[0] == 9
+    # the weight decay is chosen after accepted steps alone
+    assert end.weight_decay[0] == 0.0
+
+
+def test_damping_falls_to_its_smallest_while_steps_do_better_than_predicted():
+    end = levenberg_marquardt(Told(np.arange(100.0, 50.0, -1.0)), [0.5, 0.5], Options(Stopping(49)))
+    expected = np.maximum(4e-3 / 3.0 ** np.arange(50), 4e-18)
+    np.testing.assert_allclose(end.history["damping"][:, 0], expected)
+
+
+def test_without_curvature_the_first_damping_is_absolute():
+    options = Options(Stopping(1))
+    end = levenberg_marquardt(Told([1.0, 2.0], (0.0, 0.0)), [0.5, 0.5], options)
+    assert end.history["damping"][0, 0] == pytest.approx(1e-3)
+
+
+def test_held_weights_have_no_part_in_bayesian_regularisation():
+    """MacKay's rule for two of three weights of a linear problem."""
+    rng = np.random.default_rng(5)
+    a = rng.normal(size=(20, 3))
+    b = a @ [4.5, 1.0, -2.0] + rng.normal(size=20)
+
+    class Linear:
+        n_weights, n_residuals = 3, 20
+
+        def products(self, weights):
+            rows = [np.column_stack([a, a @ w - b]) for w in weights]
+            return np.array([r.T @ r for r in rows])
+
+    options = Options(Stopping(max_evaluations=300), bayesian=True)
+    end = levenberg_marquardt(Linear(), [5.0, 0.3, -0.2], options, trainable=[False, True, True])
+    (weights,), (decay,) = end.weights, end.weight_decay
+    assert weights[0] == 5.0
+    free, errors, squares = a[:, 1:], a @ weights - b, np.sum(weights[1:] ** 2)
+    matrix = free.T @ free + decay * np.eye(2)
+    gamma = 2.0 - decay * np.trace(np.linalg.inv(matrix))
+    rule = gamma * errors @ errors / (squares * (20.0 - gamma))
+    np.testing.assert_allclose(decay, rule, rtol=1e-6)
+    np.testing.assert_allclose(free.T @ errors + decay * weights[1:], 0.0, atol=1e-6)
+    np.testing.assert_allclose(end.cost, 0.5 * errors @ errors)
+    both = 0.5 * errors @ errors + 0.5 * decay * squares
+    np.testing.assert_allclose(end.history["cost"][-1, 0], both)
+
+
+def test_a_start_that_stops_before_the_others_has_its_last_cost():
+    told = []
+    end = levenberg_marquardt(Curve(), [[1.0, 1.0], [-1.2, 1.0]], log=told.append)
+    assert end.n_evaluations[0] == 1 < end.n_evaluations[1]
+    for start, n in enumerate(end.n_evaluations):
+        cost = end.history["cost"][:, start]
+        assert np.flatnonzero(np.isfinite(cost)).tolist() == list(range(n + 1))
+        assert cost[n] == end.cost[start]
+        assert np.isfinite(np.array(told)[:, start]).sum() == n
