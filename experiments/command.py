@@ -41,6 +41,7 @@ _REFUSED = (
     errno.EROFS, errno.EACCES, errno.EPERM, errno.ENOSPC, errno.EDQUOT, errno.ENOTDIR,
     errno.EISDIR, errno.ENOENT, errno.ENAMETOOLONG, errno.ELOOP, errno.EFBIG,
 )  # fmt: skip
+_SWEEP = {"-m", "--multirun"}
 # subfolder of an unfinished run, with the states of its trainings
 _LAST = "last"
 # number of functions of a profile that are printed, the slowest first
@@ -134,7 +135,8 @@ def command(
             """Run the command with the overrides on the command line."""
             # makes Hydra raise, instead of printing and exiting with status 1 itself
             os.environ["HYDRA_FULL_ERROR"] = "1"
-            sys.argv[1:] = readable(sys.argv[1:])
+            # Hydra's parser takes no overrides on both sides of a flag
+            sys.argv[1:] = sorted(readable(sys.argv[1:]), key=lambda one: one not in _SWEEP)
             # it would print a traceback for every message after the reader of the output has gone
             logging.raiseExceptions = False
             nonlocal started
@@ -142,7 +144,7 @@ def command(
             SweepReport.current = None
             try:
                 with _mistakes_end_with_one_line(config_name):
-                    if not keeps_run and {"-m", "--multirun"} & set(sys.argv):
+                    if not keeps_run and _SWEEP & set(sys.argv):
                         raise UserError(
                             f"{config_name} -m: sweeps are not supported; use one call per file"
                         )

@@ -2,14 +2,17 @@
 
 import contextlib
 import json
+import math
 import shutil
 import sys
 import time
 import uuid
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import ChoiceSweep, Override, RangeSweep
 from hydra.core.utils import JobReturn, JobStatus
 from hydra.experimental.callback import Callback
 from hydra.types import RunMode
@@ -21,6 +24,24 @@ from narx.experiments.runs.record import write_json
 
 USER_ERROR_STATUS = 2
 _FAULT_STATUS = 1
+# Hydra composes the configurations of all of them before the first begins
+_MAX_JOBS = 10_000
+
+
+def _wrong_number_of_jobs(overrides: Sequence[Override]) -> str | None:
+    """Return what is wrong with the values of a sweep; all of them would be listed first."""
+    n_jobs = 1.0
+    for override in overrides:
+        value, n_values = override.value(), 1.0
+        if isinstance(value, RangeSweep):
+            begin, end, step = (float(v) for v in (value.start, value.stop, value.step))  # type: ignore[arg-type]
+            n_values = math.ceil((end - begin) / step) if step else math.inf
+        if n_values <= 0:
+            return f"{override.input_line}: no value to run with"
+        n_jobs *= len(value.list) if isinstance(value, ChoiceSweep) else n_values
+        if n_jobs > _MAX_JOBS:
+            return f"{override.input_line}: makes {n_jobs:g} jobs, expected at most {_MAX_JOBS}"
+    return None
 
 
 class SweepReport(Callback):
@@ -56,6 +77,11 @@ class SweepReport(Callback):
         self._begun_s = time.time()
         SweepReport.current = self
         overrides = OverridesParser.create().parse_overrides(list(config.hydra.overrides.task))
+        if "study_name" not in config.hydra.sweeper:  # Optuna draws from the ranges
+            problem = _wrong_number_of_jobs(overrides)
+            if problem:  # Hydra turns exceptions of its callbacks into warnings
+                print(f"error: {problem}", file=sys.stderr)
+                sys.exit(USER_ERROR_STATUS)
         fixed = [o.get_key_element() for o in overrides if not o.is_sweep_override()]
         exclude = ",".join(f"'{key}'" for key in fixed)
         config.hydra.overrides.hydra.append(

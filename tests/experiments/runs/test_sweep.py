@@ -98,6 +98,37 @@ def test_every_batch_runs(launch):
     assert err.count("error: ") == 1
 
 
+@pytest.mark.parametrize(
+    ("values", "problem"),
+    [
+        (["seed=range(0,1e9)"], "seed=range(0,1e9): makes 1e+09 jobs, expected at most 10000"),
+        (["seed=range(0,1000)", "model.hidden=choice(2,3)", "optimizer.cost_deg2=range(9,0,-0.1)"],
+         "optimizer.cost_deg2=range(9,0,-0.1): makes 180000 jobs"),
+        (["seed=range(0,5,0)"], "seed=range(0,5,0): makes inf jobs"),
+        (["seed=range(5,5)"], "seed=range(5,5): no value to run with"),
+    ],
+)  # fmt: skip
+def test_a_sweep_of_no_or_countless_jobs_does_not_begin(launch, values, problem):
+    status, out, err = launch(*values, "hydra.sweep.dir=SW")
+    assert status == 2
+    assert err.startswith(f"error: {problem}")
+    assert len(err.splitlines()) == 1
+    assert "Launching" not in out
+    assert not Path("SW").exists()
+
+
+def test_overrides_may_stand_on_both_sides_of_the_flag(launch, monkeypatch, tmp_path):
+    def at_the_end(cfg):
+        (run_directory() / "checkpoint.txt").write_text(f"{cfg.model.hidden} {cfg.seed}")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["narx-train", "model.hidden=2,3", "--multirun", "seed=1",
+                                      "hydra.sweep.dir=SW"])  # fmt: skip
+    command("train")(at_the_end)()
+    GlobalHydra.instance().clear()
+    assert checkpoints("SW") == ["2 1", "3 1"]
+
+
 def test_a_fault_of_the_program_has_its_traceback_in_the_run(launch):
     status, _, err = launch("model.hidden=9,0,2", "hydra.sweep.dir=SW")
     assert status == 1
