@@ -96,7 +96,10 @@ def _of_type(annotation: Any) -> str:
         names = [str(argument) for argument in arguments]
         return names[0] if len(names) == 1 else f"one of {', '.join(names)}"
     if origin in (Union, types.UnionType):
-        return " or ".join(expected(argument) for argument in arguments)
+        *others, last = (expected(argument) for argument in arguments)
+        # not one more choice for the elements of a list
+        comma = "," if "each" in others[-1] else ""
+        return f"{' or '.join(others)}{comma} or {last}"
     if origin in (dict, Mapping):
         return f"a section of names, each with {expected(arguments[1])}"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):

@@ -92,3 +92,4 @@ def test_expected_values_are_described_in_words():
     assert expected(Annotated[int, Field(ge=1)] | None) == "a whole number of at least 1 or null"
     assert expected(int | Literal["auto"]) == "a whole number or auto"
     assert expected(tuple[str, ...]) == "a list, each a name"
+    assert expected(tuple[str, ...] | None) == "a list, each a name, or null"
