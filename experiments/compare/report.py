@@ -157,7 +157,7 @@ def readable(table: pd.DataFrame) -> pd.DataFrame:
     for column in map(str, table):
         if column.endswith(_CLASS):
             named[column] = table[column].map(_named)
-    return named.rename(columns=_label)
+    return named.rename(columns=lambda key: key if _label(key) in table else _label(key))
 
 
 def _label(key: str) -> str:

@@ -246,6 +246,8 @@ def runs_table(runs: Mapping[str, Run], metric: str) -> pd.DataFrame:
         settings = {key: plain(run.settings.get(key)) for key in differing}
         rows.append({**settings, **seeds, "fold": run.fold, **run.metrics, "run": name})
     table = pd.DataFrame(rows)
+    for key in (*differing, *own_seeds):
+        table[key] = _of_one_kind(table[key])
     number = pd.Series(range(len(table)), index=table.index)
     if differing:
         number = table.groupby(differing, dropna=False, sort=False).ngroup()
@@ -278,6 +280,17 @@ def configurations_table(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFra
     """
     columns = ["rank", "mean", "sd", "n", *keys]
     return table.drop_duplicates("rank")[columns].reset_index(drop=True)
+
+
+def _of_one_kind(values: pd.Series) -> pd.Series:
+    """Write values as text where numbers, words and switches are mixed, such as 3 and auto.
+
+    A column of Parquet has one type, and True would be grouped with 1.
+    """
+    given = values[values.notna()]
+    if given.map(lambda value: isinstance(value, str) + 2 * isinstance(value, bool)).nunique() < 2:
+        return values
+    return given.map(lambda value: str(value).lower() if isinstance(value, bool) else str(value))
 
 
 def plain(value: object) -> object:

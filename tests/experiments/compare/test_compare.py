@@ -67,6 +67,25 @@ def sweep(tmp_path):
     return tmp_path
 
 
+@pytest.mark.parametrize(
+    ("values", "written"),
+    [
+        ([3, "auto"], {"3", "auto"}),
+        ([1, True, 0.5, None], {"1", "true", "0.5", None}),
+        ([1, 0.5, None], {1.0, 0.5, None}),
+        ([True, False], {True, False}),
+    ],
+)
+def test_a_setting_of_several_kinds_is_text(tmp_path, values, written):
+    for k, value in enumerate(values):
+        make_run(tmp_path / f"{k}", value, 0, 1.0 + k)
+    compare([tmp_path], None, None, None)
+    table = pd.read_parquet(tmp_path / "runs.parquet")
+    assert table["rank"].tolist() == [1 + k for k in range(len(values))]
+    found = table["model.hidden"].astype(object)
+    assert set(found.where(found.notna(), None)) == written
+
+
 def test_configurations_are_ranked_by_their_mean_over_seeds(sweep):
     said = compare([sweep], None, None, None)
     table = pd.read_csv(sweep / "runs.csv")
