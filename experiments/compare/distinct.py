@@ -35,7 +35,11 @@ def distinct_runs(runs: Sequence[Run]) -> list[Run]:
     first: dict[object, Run] = {}
     for run in runs:
         # as in the groups of the table, a key that is missing equals one without a value
-        settings = frozenset((k, plain(v)) for k, v in run.settings.items() if v is not None)
+        settings = frozenset(
+            (k, isinstance(v, bool), plain(v))  # True equals 1
+            for k, v in run.settings.items()
+            if v is not None
+        )
         kept = first.setdefault((settings, run.fold), run)
         different = _different_metric(kept, run)
         if different:
