@@ -1,4 +1,4 @@
-"""What the fuzzer runs: one target for each kind of file that is read, and for configurations.
+"""What the fuzzer runs: one target for each kind of file that is read, for configurations and runs.
 
 A target takes bytes, reads them and describes what is wrong with the outcome, or returns None.
 The bytes are the file itself, or a description of files (`fuzz_documents`).
@@ -27,6 +27,7 @@ from narx.datasets.calendar_times import seconds_of
 from narx.datasets.device_layouts import read_layout
 from narx.datasets.study import Study
 from narx.errors import UserError
+from narx.experiments.compare.__main__ import compare
 from narx.experiments.configuration import checked_configuration, composition_mistake
 from narx.experiments.configuration.schemas import SCHEMAS
 from narx.experiments.overrides import readable
@@ -201,6 +202,30 @@ def _phone_set(data: bytes, folder: Path) -> str | None:
     return fault_of_set(lambda: SmartphonePocket(root=folder))
 
 
+@functools.cache
+def _runs(folder: Path) -> Path:
+    make_run = beside("experiments/compare/test_compare.py").make_run
+    for seed in (0, 1):
+        make_run(folder / str(seed), 3, seed, 1.5 + seed)
+    return folder
+
+
+def _compared(data: bytes, folder: Path) -> str | None:
+    """Target of what runs leave for narx-compare: two runs with some files replaced."""
+    document = documents.document_in(data)
+    if document is None:
+        return None
+    shutil.copytree(_runs(folder.with_name("runs")), folder, dirs_exist_ok=True)
+    if not _written(document.get("files"), folder):
+        return None
+
+    def run() -> list[np.ndarray]:
+        assert compare([folder], None, None, folder)
+        return []
+
+    return fault(run)
+
+
 def _checkpoint(data: bytes, folder: Path) -> str | None:
     """Target of a trained network: its file, or its fields with a valid checksum."""
     document = documents.document_in(data)
@@ -272,6 +297,7 @@ TARGETS: dict[str, Target] = {
     "motion_bids": _data_set(MotionBids),
     "published": _published_set,
     "smartphone_pocket": _phone_set,
+    "runs": _compared,
     "checkpoint": _checkpoint,
     "configuration": _configuration,
 }

@@ -245,9 +245,13 @@ def runs_table(runs: Mapping[str, Run], metric: str) -> pd.DataFrame:
         seeds = {key: run.settings.get(key) for key in seed_keys if key in own_seeds}
         settings = {key: plain(run.settings.get(key)) for key in differing}
         rows.append({**settings, **seeds, "fold": run.fold, **run.metrics, "run": name})
-    table = pd.DataFrame(rows)
-    for key in (*differing, *own_seeds):
-        table[key] = _of_one_kind(table[key])
+    given = {*differing, *own_seeds}
+    table = pd.DataFrame(
+        {
+            key: _of_one_kind(values) if key in given else values
+            for key, values in pd.DataFrame(rows).items()
+        }
+    )
     number = pd.Series(range(len(table)), index=table.index)
     if differing:
         number = table.groupby(differing, dropna=False, sort=False).ngroup()
