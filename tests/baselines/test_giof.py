@@ -155,9 +155,11 @@ def test_starts_from_known_angles():
     np.testing.assert_allclose(angles[:, 0], 0.3 + np.arange(10) * 0.01, atol=1e-12)
 
 
-def test_a_cut_off_above_half_the_sampling_rate_is_refused():
-    signals = SegmentSignals("thigh_right", 18.0, np.zeros((10, 3)), np.zeros((10, 3)))
-    with pytest.raises(MethodNotApplicableError, match="less than half the sampling rate of 18 Hz"):
+@pytest.mark.parametrize("rate_hz", [18.0, 20.0])
+def test_a_cut_off_from_half_the_sampling_rate_on_is_refused(rate_hz):
+    signals = SegmentSignals("thigh_right", rate_hz, np.zeros((10, 3)), np.zeros((10, 3)))
+    message = f"less than half the sampling rate of {rate_hz:g} Hz"
+    with pytest.raises(MethodNotApplicableError, match=message):
         Giof("real_time").estimate(signals)
 
 
@@ -219,7 +221,8 @@ def test_offline_noise_of_ten_hertz_averages_to_nothing():
 
 
 def test_offline_the_tilt_of_a_first_pass_couples_the_axes_once(motion):
-    turn = motion("half_turn", 100.0, 30.0).signals
+    known = np.array([0.3, -0.2, 0.0])
+    turn = motion("half_turn", 100.0, 30.0).changed(initial_angles_rad=known).signals
     alone = Giof(offset_window_s=1.5)
     tilt = alone.estimate(turn)[:, :2]
     rates = turn.axis_rates_rad_s
@@ -227,3 +230,17 @@ def test_offline_the_tilt_of_a_first_pass_couples_the_axes_once(motion):
     found = Giof(offset_window_s=1.5, coupled=True).estimate(turn)[:, :2]
     np.testing.assert_allclose(found, alone.estimate(coupled)[:, :2], atol=1e-12)
     assert np.abs(found - tilt).max() > 0.02
+
+
+def test_strides_are_those_of_the_sagittal_rate():
+    time_s = np.arange(4000) / 100.0
+    rates = np.sin(2.0 * np.pi * time_s[:, None] * [0.9, 1.4, 1.4])
+    signals = SegmentSignals("thigh_right", 100.0, rates, np.zeros((4000, 3)))
+    found, given = (Giof(offset_window_s=w).estimate(signals) for w in (None, 2.0 / 0.9))
+    np.testing.assert_allclose(found[:, :2], given[:, :2], atol=2e-3)
+
+
+def test_it_is_causal_in_real_time_and_in_one_direction():
+    assert Giof("real_time").causal
+    assert not Giof("real_time", smoothing=True).causal
+    assert not Giof("offline").causal

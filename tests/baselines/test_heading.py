@@ -51,13 +51,14 @@ def test_without_a_heading_the_gyroscope_gives_it(motion):
     assert np.abs(fast.estimate(turn.signals)[-500:, 2]).max() < np.deg2rad(10.0)
 
 
-def test_a_leak_begins_at_the_known_heading():
+@pytest.mark.parametrize("name", WITH_HEADING)
+def test_a_leak_begins_at_the_known_heading(name):
     """A heading that is known at the first sample decays from there: no step, no other start."""
     still = SegmentSignals(
         "thigh_right", 100.0, np.zeros((300, 3)), np.tile([0.0, 0.0, GRAVITY_M_S2], (300, 1)),
         np.array([0.0, 0.0, 0.4]),
     )  # fmt: skip
-    leaked = made("madgwick", heading="leak", heading_leak_rad_s=2.0).estimate(still)[:, 2]
+    leaked = made(name, heading="leak", heading_leak_rad_s=2.0).estimate(still)[:, 2]
     # backward Euler of heading' = -leak heading, of which the first sample is a step already
     np.testing.assert_allclose(leaked, 0.4 / 1.02 ** np.arange(1, 301), atol=1e-12)
 

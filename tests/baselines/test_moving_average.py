@@ -70,3 +70,9 @@ def test_columns_are_averaged_one_by_one_and_a_constant_stays():
 @pytest.mark.parametrize("n", [0, 1, 2])
 def test_short_signals(n):
     np.testing.assert_allclose(centred_moving_average(np.ones(n), 1.0, 100.0), np.ones(n))
+
+
+def test_at_the_ends_the_window_is_truncated():
+    """A line of slope 1 and windows of half a width of two samples: the middle of what is left."""
+    found = centred_moving_average(np.arange(10.0), 0.04, 100.0)
+    np.testing.assert_allclose(found, [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 7.5, 8.0])

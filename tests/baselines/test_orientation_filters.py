@@ -51,6 +51,30 @@ def test_vqf_is_vqf(noisy, offline):
     assert_same_angles(METHODS["vqf"](offline=offline).estimate(noisy), result["quat6D"])
 
 
+def test_vqf_offline_has_the_parameters_too_and_none_is_taken_for_another(noisy):
+    vqf = pytest.importorskip("vqf")
+    online, offline, fast = (
+        METHODS["vqf"](**parameters)
+        for parameters in ({}, {"offline": True}, {"offline": True, "tau_acc_s": 0.7})
+    )
+    assert (online.causal, offline.causal) == (True, False)
+    gyroscope, accelerometer = gyroscope_xyz(noisy.axis_rates_rad_s), noisy.specific_force_m_s2
+    # one after another on one recording, of which the latest orientation is kept
+    for method, parameters in ((offline, {}), (fast, {"tauAcc": 0.7})):
+        result = vqf.offlineVQF(gyroscope, accelerometer, None, 0.01, parameters)
+        assert_same_angles(method.estimate(noisy), result["quat6D"])
+    result = vqf.VQF(0.01).updateBatch(gyroscope, accelerometer)
+    assert_same_angles(online.estimate(noisy), result["quat6D"])
+
+
+@pytest.mark.parametrize("name", ["madgwick", "mahony"])
+def test_ahrs_sample_by_sample_is_the_same(noisy, name):
+    short = noisy.select(slice(0, 500))
+    inputs = np.hstack([short.axis_rates_rad_s, short.specific_force_m_s2])
+    found = OrientationStream(METHODS[name](), 100.0).update_block(inputs).angles_rad
+    np.testing.assert_allclose(found, METHODS[name]().estimate(short), atol=1e-9)
+
+
 @pytest.mark.parametrize(("motion_bias", "rest_bias"), [(False, False), (True, False)])
 def test_vqf_parameters_reach_the_library(noisy, motion_bias, rest_bias):
     vqf = pytest.importorskip("vqf")

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -78,6 +80,33 @@ def test_the_breakpoint_comes_from_the_cadence(motion):
     ).breakpoint_rad_s(walk.signals)
     assert following[0] == pytest.approx(1.5)
     np.testing.assert_allclose(following[walk.time_s > 15], STRIDE_HZ, rtol=0.02)
+
+
+def test_the_cadence_is_that_of_the_sagittal_rate():
+    time_s = np.arange(6000) / 100.0
+    rates = np.sin(2 * np.pi * time_s[:, None] * [STRIDE_HZ, 1.4, 1.4])
+    signals = SegmentSignals("thigh_right", 100.0, rates, np.zeros((6000, 3)))
+    np.testing.assert_allclose(PseudoIntegrator().breakpoint_rad_s(signals), STRIDE_HZ, rtol=0.01)
+
+
+def test_without_gait_the_breakpoint_is_the_one_given():
+    method = PseudoIntegrator(1.0, frequency_without_gait_hz=1.5)
+    still = method.breakpoint_rad_s(signals_of(np.zeros(500), 100.0))
+    np.testing.assert_allclose(still, 2 * np.pi * 1.5)
+
+
+def test_it_starts_from_zero_also_from_a_known_start():
+    rate = np.random.default_rng(0).normal(size=500)
+    method, unknown = PseudoIntegrator(gait_frequency_hz=STRIDE_HZ), signals_of(rate, 100.0)
+    known = replace(unknown, initial_angles_rad=np.array([0.3, -0.2, 0.1]))
+    np.testing.assert_array_equal(method.estimate(known), method.estimate(unknown))
+
+
+def test_it_is_causal_unless_it_looks_for_one_frequency_or_goes_both_ways():
+    assert not PseudoIntegrator().causal
+    assert PseudoIntegrator(frequency="following").causal
+    assert PseudoIntegrator(gait_frequency_hz=0.9).causal
+    assert not PseudoIntegrator(gait_frequency_hz=0.9, smoothing=True).causal
 
 
 def test_a_constant_bias_is_forgotten():

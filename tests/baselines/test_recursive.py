@@ -163,6 +163,7 @@ def test_smoothing_has_no_lag(motion):
 @pytest.mark.parametrize("name", RECURSIVE)
 def test_smoothing_does_not_stream(name):
     given = {"gait_frequency_hz": 1.0} if name == "pseudo_integrator" else {}
+    assert not METHODS[name](smoothing=True, **given).causal
     with pytest.raises(MethodNotApplicableError, match="smoothing needs the whole recording"):
         METHODS[name](smoothing=True, **given).recursion(100.0, 1, None)
 

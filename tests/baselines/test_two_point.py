@@ -116,7 +116,7 @@ def test_times_given_by_hand(walk):
     assert np.rad2deg(np.abs(by_hand.angles_rad - automatic).max()) < 2.0
 
 
-@pytest.mark.parametrize("times", [(-1.0, 16.0), (16.0, 4.0), (4.0, 21.0)])
+@pytest.mark.parametrize("times", [(-1.0, 16.0), (16.0, 4.0), (4.0, 20.01)])
 def test_times_outside_the_recording_are_refused(walk, times):
     with pytest.raises(MethodNotApplicableError, match=r"start_s < stop_s <= 20\.00 in thigh"):
         TwoPoint(*times).estimate(walk.signals)
@@ -137,6 +137,8 @@ def test_shaky_legs(walk):
     signals = replace(walk.signals, axis_rates_rad_s=rates, specific_force_m_s2=force)
     with pytest.raises(MethodNotApplicableError, match="no still part"):
         TwoPoint().estimate(signals)
+    with pytest.raises(MethodNotApplicableError, match="no still part"):
+        TwoPoint(shaky_legs=True, shaky_margin=0.5).estimate(signals)
     parts = TwoPoint(shaky_legs=True).parts(signals)
     assert 3.9 < parts.start / 100 < 4.5
     assert 15.5 < parts.stop / 100 < 16.1
@@ -167,6 +169,33 @@ def test_without_the_accelerometer_the_rotation_in_the_walk_is_kept(walk):
 def test_a_walk_may_end_with_the_recording(walk):
     last_s = (walk.signals.n_samples - 1) / 100.0
     assert TwoPoint(4.0, last_s).parts(walk.signals).stop == walk.signals.n_samples - 1
+
+
+def test_a_walk_may_begin_with_the_recording(walk):
+    parts = TwoPoint(0.0, 16.0).parts(walk.signals)
+    assert parts.start == 0
+    np.testing.assert_allclose(parts.drift_rad[0], 0.0, atol=1e-12)
+
+
+def test_standing_is_the_tilt_of_the_mean_force(walk):
+    """Eq. (7) over 61 samples, the outermost two with half a weight."""
+    force = walk.signals.specific_force_m_s2
+    force = force + np.random.default_rng(0).normal(0.0, 0.5, force.shape)
+    parts = TwoPoint(4.0, 16.0).parts(replace(walk.signals, specific_force_m_s2=force))
+    weights = np.array([0.5, *[1.0] * 59, 0.5]) / 60.0
+    for k in (200, 1800):
+        expected = tilt_from_specific_force(weights @ force[k - 30 : k + 31])
+        np.testing.assert_allclose(parts.angles_rad[k], [*expected, 0.0], atol=1e-12)
+
+
+def test_coupled_axes_integrate_the_rates_of_the_angles(motion):
+    turn = motion("stand_turn_stand", 100.0, 40.0).signals
+    start = np.append(tilt_from_specific_force(turn.specific_force_m_s2[:1])[0], 0.0)
+    known = replace(turn, initial_angles_rad=start)
+    for coupled in (False, True):
+        found = TwoPoint(4.0, 36.0, coupled=coupled).parts(turn).gyroscope_angles_rad
+        expected = GyroIntegration(coupled=coupled).estimate(known)
+        np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_missing_standing_is_refused(walk):
