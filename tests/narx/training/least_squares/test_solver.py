@@ -195,8 +195,9 @@ class Told:
         self.costs, self.curvature = iter(costs), curvature
 
     def products(self, weights):
-        out = np.zeros((1, 3, 3))
-        out[0, [0, 1], [0, 1]], out[0, 2] = self.curvature, [1.0, 1.0, 2.0 * next(self.costs)]
+        out = np.zeros((len(weights), 3, 3))
+        out[:, [0, 1], [0, 1]], out[:, 2, :2] = self.curvature, 1.0
+        out[:, 2, 2] = 2.0 * np.array(next(self.costs))
         return out
 
 
@@ -211,7 +212,6 @@ def test_damping_grows_from_a_thousandth_of_the_largest_curvature_until_it_is_us
     np.testing.assert_allclose(end.history["damping"][:, 0], 1e-3 * unit * 2.0 ** (n * (n + 1) / 2))
     assert end.codes == [ResultCode.DAMPING]  # beyond 1e10
     assert end.n_evaluations[0] == 9
-    # the weight decay is chosen after accepted steps alone
     assert end.weight_decay[0] == 0.0
 
 
@@ -219,6 +219,12 @@ def test_damping_falls_to_its_smallest_while_steps_do_better_than_predicted():
     end = levenberg_marquardt(Told(np.arange(100.0, 50.0, -1.0)), [0.5, 0.5], Options(Stopping(49)))
     expected = np.maximum(4e-3 / 3.0 ** np.arange(50), 4e-18)
     np.testing.assert_allclose(end.history["damping"][:, 0], expected)
+
+
+def test_weight_decay_is_chosen_for_the_starts_whose_step_is_accepted():
+    options = Options(Stopping(1), bayesian=True)
+    end = levenberg_marquardt(Told([[10.0, 10.0], [9.0, 20.0]]), [[0.5, 0.5]] * 2, options)
+    assert end.weight_decay[0] > 0.0 == end.weight_decay[1]
 
 
 def test_without_curvature_the_first_damping_is_absolute():
