@@ -93,6 +93,20 @@ def test_vqf_parameters_reach_the_library(noisy, motion_bias, rest_bias):
     np.testing.assert_allclose(np.sin(one_by_one), np.sin(angles), atol=1e-9)
 
 
+@pytest.mark.parametrize("rest_bias", [False, True])
+def test_vqf_estimates_the_bias_at_rest_only_if_asked(motion, rest_bias):
+    """One degree per second, which it finds within seconds of rest, or turns with."""
+    vqf = pytest.importorskip("vqf")
+    still = motion("still", 100.0, 20.0).signals
+    biased = replace(still, axis_rates_rad_s=still.axis_rates_rad_s + np.deg2rad(1.0))
+    direct = vqf.VQF(0.01, restBiasEstEnabled=rest_bias)
+    result = direct.updateBatch(gyroscope_xyz(biased.axis_rates_rad_s), biased.specific_force_m_s2)
+    angles = METHODS["vqf"](rest_bias_estimation=rest_bias).estimate(biased)
+    assert_same_angles(angles, result["quat6D"])
+    drift_deg_s = abs(np.rad2deg(angles[-1, 2] - angles[-501, 2])) / 5.0
+    assert (drift_deg_s < 0.1) == rest_bias
+
+
 @pytest.mark.parametrize(
     ("name", "parameters", "library_parameters"),
     [

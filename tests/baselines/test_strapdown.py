@@ -47,6 +47,14 @@ def test_sample_by_sample_it_is_the_same_beyond_half_a_turn(rule):
     np.testing.assert_allclose(stream.update_block(rates).angles_rad, angles, atol=1e-9)
 
 
+def test_a_rectangle_is_of_the_later_rate():
+    rates = np.zeros((3, 3))
+    rates[:, 0] = [5.0, 1.0, 3.0]
+    signals = SegmentSignals("s", 10.0, rates, np.zeros((3, 3)))
+    for rule, expected in (("rectangle", [0.0, 0.1, 0.4]), ("trapezoid", [0.0, 0.3, 0.5])):
+        np.testing.assert_allclose(Strapdown(rule).estimate(signals)[:, 0], expected, atol=1e-12)
+
+
 def test_a_wrong_rule_is_one_clear_line():
     with pytest.raises(UserError, match=r"strapdown: rule is 'simpson', expected one of"):
         Strapdown(rule="simpson")
