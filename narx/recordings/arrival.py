@@ -64,8 +64,8 @@ def regular_clock(time_s: FloatArray) -> tuple[FloatArray | None, str]:
     arrived = not in_steps and float(at_once.mean()) > _AT_ONCE_SHARE
     if arrived and (np.mean(sizes == size) < _MOSTLY or _is_rounded(time_s, mean_step)):
         # jitter, rounded, has equal stamps as well, but its deviations are symmetric
-        slope, start = np.polyfit(np.arange(len(time_s)), time_s - time_s[0], 1)
-        delay = time_s - time_s[0] - start - slope * np.arange(len(time_s))
+        slope = np.polyfit(np.arange(len(time_s)), time_s - time_s[0], 1)[0]
+        delay = time_s - slope * np.arange(len(time_s))
         arrived = bool(skew(delay) > _ONE_SIDED)
     if arrived:
         # the samples of a packet have arrived with its first one
@@ -74,15 +74,14 @@ def regular_clock(time_s: FloatArray) -> tuple[FloatArray | None, str]:
     best: tuple[float, FloatArray, FloatArray] | None = None
     for index in (np.arange(len(time_s)), with_lost):
         if arrived:
-            interval, start = _line_below(index, time_s)
+            interval = _slope_below(index, time_s)
         else:
             # only the first sample of a step carries timing information
-            slope, offset_s = np.polyfit(index[first], time_s[first] - time_s[0], 1)
-            interval, start = float(slope), float(offset_s)
-        residual: FloatArray = time_s - time_s[0] - start - interval * index
+            interval = float(np.polyfit(index[first], time_s[first] - time_s[0], 1)[0])
+        residual: FloatArray = time_s - time_s[0] - interval * index
         structure = _structure_s(residual, interval, size, arrived)
         if interval > 0 and (best is None or structure < 0.8 * best[0]):
-            best = structure, np.asarray(interval * index), residual + start
+            best = structure, np.asarray(interval * index), residual
     if best is None:
         return None, ""
     structure, clock, offset = best
@@ -137,10 +136,10 @@ def _structure_s(residual: FloatArray, interval: float, size: int, arrived: bool
     return float(np.ptp(least))
 
 
-def _line_below(index: IntArray, time_s: FloatArray) -> tuple[float, float]:
-    """Slope and start of the line below all points with the smallest mean distance from them."""
-    slope, start = np.polyfit(index, time_s - time_s[0], 1)
-    residual = time_s - time_s[0] - start - slope * index
+def _slope_below(index: IntArray, time_s: FloatArray) -> float:
+    """Slope of the line below all points with the smallest mean distance from them."""
+    slope = float(np.polyfit(index, time_s - time_s[0], 1)[0])
+    residual = time_s - time_s[0] - slope * index
     block = max(1, len(index) // _HULL_POINTS)
     least = [
         begin + int(np.argmin(residual[begin : begin + block]))
@@ -156,5 +155,4 @@ def _line_below(index: IntArray, time_s: FloatArray) -> tuple[float, float]:
     middle = float(index.mean())
     edge = next((k for k in range(1, len(hull) - 1) if hull[k][0] >= middle), len(hull) - 1)
     (x0, y0), (x1, y1) = hull[edge - 1], hull[edge]
-    tilt = (y1 - y0) / (x1 - x0) if x1 > x0 else 0.0
-    return float(slope) + tilt, float(start) + y0 - tilt * x0
+    return slope + ((y1 - y0) / (x1 - x0) if x1 > x0 else 0.0)

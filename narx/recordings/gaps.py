@@ -54,7 +54,7 @@ def gaps_of(time_s: FloatArray, values: FloatArray, max_gap_s: float) -> Gaps:
     lengths = np.diff(there)
     usual_s = float(np.median(lengths)) if len(lengths) else np.inf
     longer = lengths > _longest_splined_s(usual_s) + 1e-6
-    filled = longer & (lengths <= max_gap_s) & can_fill(len(there), 1.0 / usual_s)
+    filled = longer & (lengths <= max_gap_s + 1e-6) & can_fill(len(there), 1.0 / usual_s)
     return Gaps(
         there[:-1], lengths, (lengths > _USUAL * usual_s) & ~longer, filled, longer & ~filled
     )

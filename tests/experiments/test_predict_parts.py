@@ -8,7 +8,8 @@ import pytest
 from omegaconf import OmegaConf
 from scipy.spatial.transform import Rotation
 
-from narx.experiments.predictions.partitions import part_jobs
+from narx.errors import UserError
+from narx.experiments.predictions.partitions import is_partitioned, part_jobs
 
 SEGMENTS = ("thigh_right", "shank_right")
 INPUT = "input={thigh_right: in/thigh_right.parquet, shank_right: in/shank_right.parquet}"
@@ -115,6 +116,47 @@ def test_a_last_part_of_more_than_a_minute_is_its_own(folder):
         folder, {"thigh_right": (0.0, 270.0), "shank_right": (0.0, 359.0)}, partition_s=100.0
     )
     assert [one.begin_s for one in jobs] == [0.0, 100.0, 200.0]
+
+
+def test_only_the_first_part_has_a_zero_and_a_stand(folder, monkeypatch):
+    """A rest amid a day may be sitting."""
+    given = []
+
+    def spy(recordings, method, **options):
+        given.append((options["start_pose"], options["still_s"]))
+        raise UserError("seen")
+
+    monkeypatch.setattr("narx.experiments.predictions.partitions.predict_session", spy)
+    _, jobs = _job(
+        folder, dict.fromkeys(SEGMENTS, (0.0, 359.0)), partition_s=100.0, checkpoint=None,
+        smoothing=False, calibration="auto", start_pose="known",
+    )  # fmt: skip
+    for job in jobs:
+        with pytest.raises(UserError, match="seen"):
+            job._predicted()
+    assert given == [("known", None), ("unknown", ()), ("unknown", ())]
+
+
+@pytest.mark.parametrize(("most", "refused"), [(71_999, True), (72_000, False)])
+def test_the_rows_of_all_sensors_count(folder, monkeypatch, most, refused):
+    """36,000 of each of two."""
+    monkeypatch.setattr("narx.experiments.predictions.partitions._MANY_ROWS", most)
+    files = {segment: folder / "in" / f"{segment}.parquet" for segment in SEGMENTS}
+    assert is_partitioned(files, folder / "day")
+    if refused:
+        with pytest.raises(UserError, match="one file for 72000 rows"):
+            is_partitioned(files, folder / "day.csv")
+    else:
+        assert not is_partitioned(files, folder / "day.csv")
+
+
+def test_clocks_may_begin_below_zero(folder):
+    for segment in SEGMENTS:
+        path = folder / "in" / f"{segment}.parquet"
+        table = pd.read_parquet(path)
+        table.assign(time_s=table.time_s - 200.0).to_parquet(path)
+    _, jobs = _job(folder, dict.fromkeys(SEGMENTS, (-150.0, 150.0)), partition_s=200.0)
+    assert [one.begin_s for one in jobs] == [-150.0, 50.0]
 
 
 def test_a_long_session_needs_a_folder(run_command, folder, monkeypatch):

@@ -9,7 +9,7 @@ from narx.evaluation.significance import bootstrap_mean
 from narx.experiments.tables.drift import drift_table
 
 RATE_HZ = 2.0
-GROWTH_DEG = {"A": 1.0, "B": 2.0, "C": 3.0}
+GROWTH_DEG = {"A": 1.0, "B": 2.0, "C": 3.0, "D": 1.5, "E": 2.5, "F": 2.0}
 
 
 def long_walk(subject, segment, minutes=30.0, seed=0):
@@ -100,3 +100,9 @@ def test_only_long_trials_count(walks):
 def test_two_data_sets_may_have_the_same_names(walks):
     twice = [*walks, *(replace(one, dataset="other") for one in walks)]
     assert (drift_table(twice, METHODS).frame["subjects"] == 6).all()
+
+
+def test_the_interval_of_six_people_is_about_their_mean():
+    walks = [long_walk(subject, "knee_right", minutes=21.0) for subject in "ABCDEF"]
+    grown = drift_table(walks, ["pseudo_integrator"]).frame.loc[("knee", "sagittal", "PI")]
+    assert grown["low"] < grown["change"] < grown["high"]

@@ -36,5 +36,17 @@ def test_conditions_are_rows_and_trials_a_range():
     assert walk["predicted SD (°)"] == pytest.approx(np.degrees(0.01))
 
 
+def test_each_axis_is_judged_by_its_own_deviation():
+    one = trial("walk", "a", 1.0)
+    one.std_rad["narx"][:] = [0.01, 0.02, 0.04]
+    frame = coverage_table([one]).frame.reset_index().set_index("Axis")
+    # errors within +-3, +-1.5 and +-0.75 deviations
+    expected = [100 * 0.9945 / 3, 100 * 0.9945 / 1.5, 100.0]
+    np.testing.assert_allclose(frame["within 68 % band"].astype(float), expected, atol=0.2)
+    np.testing.assert_allclose(
+        frame["predicted SD (°)"].astype(float), np.degrees([0.01, 0.02, 0.04])
+    )
+
+
 def test_without_a_prediction_there_is_no_table():
     assert coverage_table([]) is None

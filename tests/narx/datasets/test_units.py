@@ -24,6 +24,8 @@ from narx.datasets.units import factor_to_si, unit_names
         ("accelerometer", 1000, "mg", 9.80665),
         ("accelerometer", 980.665, "Gal", 9.80665),
         ("accelerometer", 1000, "mm/s²", 1.0),
+        ("accelerometer", 1, "m s⁻²", 1.0),
+        ("gyroscope", 180, "deg s-1", np.pi),
     ],
 )
 def test_an_amount_is_the_same_in_si(quantity, amount, unit, same):

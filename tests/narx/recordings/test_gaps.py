@@ -41,3 +41,14 @@ def test_the_note_is_true(seconds, gap_s, kind, note):
     assert there == (kind != "left")
     (said,) = gap_notes(ImuRecording("leg", time_s, values, np.full_like(values, np.nan)), 1.1)
     assert re.match(note, said), said
+
+
+def test_a_gap_begins_with_the_sample_before_it_and_the_longest_is_filled():
+    """The gap of 1.1 s is the longest allowed, wherever the digits of its stamps round it to."""
+    for begin in range(600, 1400, 7):
+        time_s = np.arange(2000) / RATE_HZ
+        values = np.sin(2 * np.pi * time_s)[:, None] * [1.0, 0.5, 0.2]
+        values[begin + 1 : begin + 110] = np.nan
+        gaps = gaps_of(time_s, values, 1.1)
+        assert gaps.begins_s[gaps.filled].tolist() == [time_s[begin]]
+        assert not gaps.left.any()

@@ -28,3 +28,10 @@ def test_a_movement_of_10_deg_s_beyond_the_bias_ends_the_rest(rate_deg_s, ends):
     # a tenth of a second before the movement
     expected = 2.9 if ends else 9.9
     assert first_rest_s([rate], _RATE_HZ) == pytest.approx(expected, abs=0.06)
+
+
+def test_the_bias_is_that_of_the_first_half_second():
+    """A sensor that turns steadily from the first second on rests until shortly before it."""
+    rate = _BIAS + _noise(1000, 1e-3)
+    rate[100:, 2] += 1.0
+    assert first_rest_s([rate], _RATE_HZ) == pytest.approx(0.85, abs=0.06)

@@ -251,3 +251,72 @@ def test_jitter_does_not_shift_stamps_in_steps_from_their_end():
     clock_s, note = regular_clock(np.sort(np.floor(jittered / 0.02) * 0.02))
     assert "in steps of 0.02 s" in note
     np.testing.assert_allclose(clock_s, time_s, atol=0.0005)
+
+
+def test_the_note_tells_jitter_rate_and_size_of_packets():
+    time_s = np.arange(3000) / 50.0
+    jittered = time_s + np.random.default_rng(0).normal(0.0, 0.006, 3000)
+    assert regular_clock(jittered)[1].startswith(
+        "jitter of the stamps 6.0 ms: a regular clock of 50"
+    )
+    sixes = np.arange(3000) / 60.0
+    arrived = _at_arrival(sixes, 6)
+    # now and then two packets arrive together
+    for packet in (50, 200, 333):
+        arrived[6 * packet : 6 * packet + 6] = arrived[6 * packet + 6] - 1e-4 * np.arange(6, 0, -1)
+    clock_s, note = regular_clock(arrived)
+    assert (
+        note == "stamps at arrival of packets of 6 samples: a regular clock of 60 Hz in its place"
+    )
+    # the fastest packet has no delay, and its samples came with its first one
+    np.testing.assert_allclose(clock_s, sixes + 0.006, atol=1e-3)
+
+
+@pytest.mark.parametrize("begin_s", [0.0, 1.7e9])
+def test_stamps_in_steps_are_recognised_in_the_digits_of_a_date(begin_s):
+    """Where numbers of double precision are a quarter of a microsecond apart."""
+    time_s = begin_s + np.arange(6000) / 200.0
+    clock_s, note = regular_clock(np.floor((time_s - begin_s) / 0.02 + 1e-6) * 0.02 + begin_s)
+    assert note.startswith("stamps in steps of 0.02 s: a regular clock of 200 Hz")
+    np.testing.assert_allclose(clock_s - begin_s, time_s - begin_s, atol=5e-5)
+
+
+def test_jitter_of_half_an_interval_averages_out_over_a_second():
+    for seed in range(3):
+        time_s = np.arange(1500) / 50.0
+        clock_s, _ = regular_clock(time_s + np.random.default_rng(seed).normal(0.0, 0.012, 1500))
+        np.testing.assert_allclose(clock_s, time_s, atol=0.003)
+
+
+def _delayed(mean_s, slow_s=0.0, seed=0):
+    """Pairs with exponential delays at 50 Hz, which are longer by some time in the middle."""
+    time_s = np.arange(3000) / 50.0
+    delay_s = np.random.default_rng(seed).exponential(mean_s, 1500).repeat(2)
+    delay_s += slow_s * np.exp(-(((time_s - 30.0) / 10.0) ** 2))
+    return time_s, np.maximum.accumulate(time_s[np.arange(3000) // 2 * 2 + 1] + delay_s)
+
+
+def test_long_delays_may_wander_by_half_of_themselves():
+    """Their least values over two seconds differ by 30 to 50 ms, the clock is right to 4 ms."""
+    for seed in range(4):
+        time_s, stamps = _delayed(0.08, seed=seed)
+        clock_s, note = regular_clock(stamps)
+        assert note.startswith("stamps at arrival")
+        np.testing.assert_allclose(clock_s, time_s, atol=0.004)
+
+
+@pytest.mark.parametrize(
+    ("mean_s", "slow_s"), [(0.12, 0.0), (0.01, 0.03)], ids=["by 75 ms", "more than the delays"]
+)
+def test_delays_that_wander_too_far_are_not_explained(mean_s, slow_s):
+    for seed in range(3):
+        assert regular_clock(_delayed(mean_s, slow_s, seed)[1]) == (None, "")
+
+
+def test_jitter_of_a_whole_step_is_not_truncation():
+    """Rounded to 20 ms and sorted, at 100 Hz: the line goes through the middle."""
+    time_s = np.arange(6000) / 100.0
+    jittered = time_s + np.random.default_rng(1).normal(0.0, 0.02, 6000)
+    clock_s, note = regular_clock(np.sort(np.round(jittered / 0.02) * 0.02))
+    assert note.startswith("jitter")
+    np.testing.assert_allclose(clock_s, time_s, atol=0.002)
