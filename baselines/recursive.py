@@ -154,7 +154,7 @@ class _Start:
     """Initial states, for whole recordings and for streams."""
 
     def __init__(self, method: RecursiveMethod) -> None:
-        self.coupled = method.coupled
+        self.coupled, self.holds_start = method.coupled, method.holds_first
         self._method = method
         self._fresh = False
 

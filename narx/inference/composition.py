@@ -27,6 +27,8 @@ class Startable(Protocol):
     """A recursion that can be started from any angles."""
 
     coupled: bool
+    # whether it begins at a known start pose, without a start-up; if not, at zero
+    holds_start: bool
 
     def begin(self, initial_angles_rad: FloatArray | None) -> Any:
         """Start without a start-up.
@@ -266,9 +268,9 @@ class Composition:
         back = recursion.run(slice(-2, None, -1), True, state, posture)
         back = wash_out(back, posture, gain, np.zeros(3))
         back = np.concatenate([back[::-1], angles[-1:]])
-        duration_s = 0.0 if self.start_up is None else self.start_up.duration_s
-        known = n > 0 and initial_angles_rad is not None
-        share = forward_share(len(angles), n, round(duration_s / interval_s), known)
+        known = initial_angles_rad is not None and (n > 0 or recursion.holds_start)
+        settling_s = self.start_up.duration_s if self.start_up and n else StartUp.duration_s
+        share = forward_share(len(angles), n, round(settling_s / interval_s), known)
         return share * angles + (1.0 - share) * back
 
     def refuse_stream(self, method: str) -> None:

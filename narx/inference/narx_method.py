@@ -258,7 +258,7 @@ class _WholeRecording:
     """The network on one recording, its axes scaled to the recording."""
 
     def __init__(self, model: Narx, axis_scaling: AxisScaling, rates_rad_s: FloatArray) -> None:
-        self.coupled = model.coupled
+        self.coupled, self.holds_start = model.coupled, False
         self._model, self._rates = model, rates_rad_s
         self._relative: torch.Tensor | None = None
         if axis_scaling == "own":

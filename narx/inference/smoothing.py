@@ -15,9 +15,9 @@ Potter (IEEE Trans. Automat. Contr. 14 (1969) 387-390) of the smoother of Rauch,
 Striebel (AIAA J. 3 (1965) 1445-1450).
 
 Only near the start do the two passes differ in accuracy. A known start pose is better than the
-backward pass, an unknown one worse; after the hand-over both differences fade. At the end the
-backward pass starts from the final state of the forward one, as in Rauch, Tung and Striebel, so no
-end pose is needed.
+backward pass, an unknown one worse; after the hand-over (without a start-up, from the first sample
+on) both differences fade. At the end the backward pass starts from the final state of the forward
+one, as in Rauch, Tung and Striebel, so no end pose is needed.
 """
 
 import numpy as np

@@ -1,6 +1,7 @@
 """The ingredients act on every recursive method as they do on the network."""
 
 import inspect
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from narx.baselines.recursive import RecursiveMethod
 from narx.errors import MethodNotApplicableError, UserError
 from narx.inference.stream import OrientationStream
 from narx.kinematics.segment_angles import coupled_rates
+from narx.method import SegmentSignals
 
 METHODS = {getattr(baselines, name).name: getattr(baselines, name) for name in baselines.__all__}
 RECURSIVE = sorted(name for name, made in METHODS.items() if issubclass(made, RecursiveMethod))
@@ -158,6 +160,30 @@ def test_smoothing_has_no_lag(motion):
 
     assert lag_s(False) < -0.02  # a leak causes a phase lead
     assert abs(lag_s(True)) < 0.001
+
+
+def test_smoothing_keeps_a_known_start_whose_share_fades_over_twelve_seconds():
+    """A leg at rest: the forward pass forgets the pose, and the backward one never knew it."""
+    pose, rest = np.array([0.3, -0.2, 0.1]), np.zeros((6000, 3))
+    still = SegmentSignals("thigh", 100.0, rest, rest, pose)
+    one, both = (
+        METHODS["leaky_integrator"](0.5, smoothing=smoothing).estimate(still)
+        for smoothing in (False, True)
+    )
+    np.testing.assert_array_equal(both[0], pose)
+    share = 1.0 - 0.5 * np.minimum(np.arange(6000) / 1200.0, 1.0)
+    np.testing.assert_allclose(both, share[:, None] * one, atol=1e-9)
+
+
+def test_a_filter_that_starts_at_zero_knows_no_start(motion):
+    walk = motion("walking", duration_s=20.0).signals
+    given, unknown = (
+        METHODS["pseudo_integrator"](smoothing=True).estimate(
+            replace(walk, initial_angles_rad=pose)
+        )
+        for pose in (np.array([0.3, -0.2, 0.1]), None)
+    )
+    np.testing.assert_array_equal(given, unknown)
 
 
 @pytest.mark.parametrize("name", RECURSIVE)

@@ -92,6 +92,19 @@ def test_a_washout_acts_in_both_directions(motion):
     forth, back = (m.estimate(signals(r)) for r in (rates, -rates[::-1]))
     np.testing.assert_allclose(back[::-1][100:-100], forth[100:-100], atol=np.deg2rad(0.1))
     assert np.rad2deg(np.abs(forth - method().estimate(signals(rates)))).max() > 0.3
+    one = method(washout_s=8.0, smoothing=False).estimate(signals(rates))
+    np.testing.assert_allclose(forth[-1], one[-1], rtol=1e-12)
+
+
+def test_a_washout_leaves_the_posture_in_both_directions(motion):
+    walk = motion("walking", duration_s=60.0).signals
+    leaning = replace(walk, initial_angles_rad=np.array([0.4, 0.0, 0.0]))
+    kept, washed = (
+        method(START_UP, washout_s=washout_s).estimate(leaning)[3000:5000].mean(axis=0)
+        for washout_s in (None, 8.0)
+    )
+    assert kept[0] > 0.3
+    np.testing.assert_allclose(washed, kept, atol=0.03)
 
 
 def test_a_network_without_a_start_up_does_not_know_its_start(motion):
