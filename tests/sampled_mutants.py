@@ -23,7 +23,7 @@ from changed_lines import LIBRARIES, NOT_NOTICED, Change, copied_package, status
 from scipy import stats
 
 _ROOT = Path(__file__).parents[1]
-_ALSO = ("tests/test_snapshots.py",)
+_ALSO = ("tests/narx/test_exports.py", "tests/test_snapshots.py")
 
 
 def mutants(path: Path) -> Iterator[tuple[str, str]]:

@@ -145,7 +145,7 @@ def _calibrate_segment(
         f"from {still.where} removed"
     ]
     chosen = _available_mode(trial, segment) if mode == "auto" else mode
-    to_anatomical, how = _FIND[chosen](trial, segment, bias)
+    to_anatomical, how = _FIND[chosen](trial, segment)
     notes.append(how)
 
     signals = signals_in_frame(trial, segment, to_anatomical, bias)
@@ -197,13 +197,8 @@ def signals_in_frame(
     )
 
 
-def _leg(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
-    # uses both sensors of the leg, and computes their biases itself
-    return leg_frame(trial, segment)
-
-
-def _knee(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
-    return turned_by_knee(trial, segment, bias, _leg, LEG_HEADING_SD_DEG)
+def _knee(trial: Trial, segment: str) -> tuple[Rotation, str]:
+    return turned_by_knee(trial, segment, leg_frame, LEG_HEADING_SD_DEG)
 
 
 def _available_mode(trial: Trial, segment: str) -> Mode:
@@ -215,7 +210,7 @@ def _available_mode(trial: Trial, segment: str) -> Mode:
     return "functional" if has_own_movement(trial, segment) else "walking"
 
 
-def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotation, str]:
+def _upright_sensor(trial: Trial, segment: str) -> tuple[Rotation, str]:
     standing = standing_force(trial, segment)
     if standing is not None:
         force, source = standing, "at rest"
@@ -230,7 +225,7 @@ def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotat
             rest_heading_rad(trial, s, f)
             for s, f in (
                 (segment, frame),
-                (first_segment, _upright_sensor(trial, first_segment, bias)[0]),
+                (first_segment, _upright_sensor(trial, first_segment)[0]),
             )
         )
         if own_rad is not None and first_rad is not None:
@@ -243,7 +238,7 @@ def _upright_sensor(trial: Trial, segment: str, bias: FloatArray) -> tuple[Rotat
 
 
 _FIND: dict[Mode, FrameFinder] = {
-    "leg": _leg,
+    "leg": leg_frame,
     "knee": _knee,
     "functional": functional_frame,
     "walking": walking_frame,

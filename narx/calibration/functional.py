@@ -124,7 +124,7 @@ def has_whole_leg(trial: Trial, segment: str) -> bool:
     )
 
 
-def functional_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rotation, str]:
+def functional_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
     """Build the frame of one segment from its own movement (Tham et al. 2020, section II-A).
 
     Parameters
@@ -133,8 +133,6 @@ def functional_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tupl
         With a standing part, and hip abduction (thigh) or passive knee flexion (shank).
     segment : str
         Which sensor.
-    bias_rad_s : ndarray, shape (3,)
-        Its gyroscope's bias, rad/s.
 
     Returns
     -------
@@ -160,7 +158,7 @@ def functional_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tupl
         )
     up = _up(trial, segment)
     movement = MOVEMENT[kind_of(segment)]
-    left = _left(trial, segment, movement, up, bias_rad_s)
+    left = _left(trial, segment, movement, up)
     shown = "x hip abduction" if movement == "hip_abduction" else "y passive knee flexion"
     return frame_from_left(up, left), f"functional: z standing, {shown}"
 
@@ -202,15 +200,11 @@ def leg_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
             "movement per segment"
         )
     thigh, shank = leg_of(segment)
-    up, bias = {}, {}
-    for name in (thigh, shank):
-        up[name] = _up(trial, name)
-        still = static_bias(trial, name)
-        bias[name] = np.zeros(3) if still is None else still.bias_rad_s
-    abduction = _left(trial, shank, "hip_abduction", up[shank], bias[shank])
-    flexion = _left(trial, shank, "knee_flexion", up[shank], bias[shank])
+    up = {name: _up(trial, name) for name in (thigh, shank)}
+    abduction = _left(trial, shank, "hip_abduction", up[shank])
+    flexion = _left(trial, shank, "knee_flexion", up[shank])
     apart_rad = float(np.arctan2(up[shank] @ np.cross(abduction, flexion), abduction @ flexion))
-    left = _left(trial, segment, "hip_abduction", up[segment], bias[segment])
+    left = _left(trial, segment, "hip_abduction", up[segment])
     left = Rotation.from_rotvec(0.5 * apart_rad * up[segment]).apply(left)
     return frame_from_left(up[segment], left), (
         "leg: z standing, y half way between hip abduction and passive knee flexion, which differ "
@@ -241,19 +235,18 @@ def _up(trial: Trial, segment: str) -> FloatArray:
     return up_from_gravity(standing, f"{trial.name}, standing, '{segment}'")
 
 
-def _left(
-    trial: Trial, segment: str, movement: Movement, up: FloatArray, bias_rad_s: FloatArray
-) -> FloatArray:
+def _left(trial: Trial, segment: str, movement: Movement, up: FloatArray) -> FloatArray:
     """Direction of y in the sensor frame from one movement."""
     recording = movement_recording(trial, segment, movement)
     assert recording is not None  # callers have checked
-    rate = recording.gyroscope_rad_s - bias_rad_s
+    still = static_bias(trial, segment)
+    rate = recording.gyroscope_rad_s - (0.0 if still is None else still.bias_rad_s)
     rate = rate[np.isfinite(rate).all(axis=1)]
     axis = principal_horizontal_axis(rate, up)
     abduction = movement == "hip_abduction"
     # the movement starts from the neutral posture: the leg is lifted to its own side, which is
     # about -x on the right and +x on the left; the dangling foot is swung forward, about -y
-    expected = 1.0 if abduction and side_of(segment) == "left" else -1.0
+    positive = abduction and side_of(segment) == "left"
     angle = excursion_rad(rate, axis, recording.sampling_rate_hz)
     if abs(angle) < _MIN_EXCURSION_RAD:
         raise RecordingError(
@@ -262,5 +255,5 @@ def _left(
             f"{np.degrees(_MIN_EXCURSION_RAD):.0f} deg (begin in neutral, lift the leg outwards or "
             "swing the foot forwards)"
         )
-    axis = np.sign(expected * angle) * axis
+    axis = axis if (angle > 0.0) == positive else -axis
     return np.cross(up, axis) if abduction else axis

@@ -37,14 +37,13 @@ _MAX_WAIT_S = 5.0
 # walking is below 10 Hz
 _RATE_HZ = 50.0
 
-# (trial, segment, gyroscope bias) to the frame of a sensor and a description of the method
-FrameFinder = Callable[[Trial, str, FloatArray], tuple[Rotation, str]]
+# (trial, segment) to the frame of a sensor and a description of the method
+FrameFinder = Callable[[Trial, str], tuple[Rotation, str]]
 
 
 def turned_by_knee(
     trial: Trial,
     segment: str,
-    bias_rad_s: FloatArray,
     find: FrameFinder,
     heading_sd_deg: tuple[float, float],
 ) -> tuple[Rotation, str]:
@@ -56,11 +55,8 @@ def turned_by_knee(
         As from a source.
     segment : str
         Which sensor.
-    bias_rad_s : ndarray, shape (3,)
-        Its gyroscope's bias, rad/s.
     find : callable
-        ``find(trial, segment, bias_rad_s)`` returns the initial frame and a description of the
-        method.
+        ``find(trial, segment)`` returns the initial frame and a description of the method.
     heading_sd_deg : tuple of (float, float)
         Standard deviation of the error of such frames about z, thigh and shank, degrees.
 
@@ -81,7 +77,7 @@ def turned_by_knee(
     The frame is unchanged without a sensor on the other segment of the leg, or without three
     seconds of walking without gaps that start in the calibration posture.
     """
-    frame, how = find(trial, segment, bias_rad_s)
+    frame, how = find(trial, segment)
     turn_rad = _turn_rad(trial, segment, frame, find, heading_sd_deg)
     if turn_rad is None:
         return frame, how
@@ -106,7 +102,7 @@ def _turn_rad(
         still = static_bias(trial, name)
         bias = np.zeros(3) if still is None else still.bias_rad_s
         try:
-            frame = own if name == segment else find(trial, name, bias)[0]
+            frame = own if name == segment else find(trial, name)[0]
         except RecordingError:
             # a leg whose other sensor has no usable data is treated like one without it
             return None
@@ -129,9 +125,9 @@ def _first_steps(trial: Trial, valid: BoolArray) -> NDArray[np.intp]:
     elif trial.starts_in_calibration_posture:
         posture_s = time[0]
     else:
-        return np.empty(0, dtype=np.intp)
+        return np.arange(0)
     if not begin - _MAX_WAIT_S <= posture_s < end:
-        return np.empty(0, dtype=np.intp)
+        return np.arange(0)
     samples = np.flatnonzero(
         (time >= posture_s) & (time <= min(end, max(begin, posture_s) + _MAX_WALK_S))
     )

@@ -30,7 +30,7 @@ _SHORT_S = 3.0
 _STILL_RAD_S = np.radians(5.0)
 
 
-def walking_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rotation, str]:
+def walking_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
     """Build the frame of one segment from a walk.
 
     Parameters
@@ -39,8 +39,6 @@ def walking_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[R
         With a walk of a thigh or a shank, or preferably of both.
     segment : str
         Which sensor.
-    bias_rad_s : ndarray, shape (3,)
-        Its gyroscope's bias, rad/s.
 
     Returns
     -------
@@ -54,10 +52,10 @@ def walking_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[R
     RecordingError
         If the walk is too short, or does not distinguish forward from backward.
     """
-    return turned_by_knee(trial, segment, bias_rad_s, _own_frame, HEADING_SD_DEG)
+    return turned_by_knee(trial, segment, _own_frame, HEADING_SD_DEG)
 
 
-def _own_frame(trial: Trial, segment: str, bias_rad_s: FloatArray) -> tuple[Rotation, str]:
+def _own_frame(trial: Trial, segment: str) -> tuple[Rotation, str]:
     standing = standing_force(trial, segment)
     force = trial.imus[segment].accelerometer_m_s2[_walking_samples(trial)]
     up = up_from_gravity(force if standing is None else standing, f"{trial.name}, '{segment}'")

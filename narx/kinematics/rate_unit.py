@@ -30,5 +30,6 @@ def warn_of_degrees(rates_rad_s: FloatArray, where: str) -> None:
             f"{where}: the rates have a root mean square of {rms:.3g} rad/s, more than any leg; "
             "are they in degrees per second? Expected rad/s: numpy.radians(rates)",
             UserWarning,
-            stacklevel=3,
+            # the caller of the checked function that asks
+            stacklevel=4,
         )

@@ -119,7 +119,8 @@ def test_functional_calibration_recovers_any_mounting(seed, side, part):
     # a left leg is mirrored: same angles, same signs
     assert np.degrees(np.abs(calibrated.reference_angles_rad - walk)).max() < 0.5
     assert calibrated.signals.initial_angles_rad is not None
-    assert "functional" in " ".join(calibrated.notes)
+    movement = {"thigh": "x hip abduction", "shank": "y passive knee flexion"}[part]
+    assert f"functional: z standing, {movement}" in calibrated.notes
 
 
 @settings(max_examples=10, deadline=None)
@@ -268,6 +269,7 @@ def test_without_a_posture_the_heading_is_that_of_the_first_sample():
     heading = orientation[[0, 1000]].as_euler("ZXY")[:, 0]
     np.testing.assert_allclose(heading, walk[[0, 1000], 2], atol=np.radians(0.3))
     assert abs(heading[0]) < 1e-9
+    assert "heading of the first sample removed" in calibrated.notes
 
 
 def test_the_heading_is_that_of_the_transverse_angle_however_tilted():

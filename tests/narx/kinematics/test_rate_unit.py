@@ -69,8 +69,9 @@ def test_a_network_warns():
 
 
 def test_arrays_warn():
-    with pytest.warns(UserWarning, match=f"rates_rad_s.*{WORDS}"):
+    with pytest.warns(UserWarning, match=f"rates_rad_s.*{WORDS}") as caught:
         from_arrays(np.degrees(RATES_RAD_S), ANGLES_RAD, 100.0)
+    assert caught[0].filename == __file__  # the line of the user
 
 
 @pytest.mark.filterwarnings("ignore:axis_rates")  # the network warns as well

@@ -25,3 +25,9 @@ def test_from_angles_equals_scipy(axes):
     angles = np.random.default_rng(0).uniform(-3, 3, (50, len(axes)))
     difference = from_angles(axes, angles).inv() * Rotation.from_euler(axes, angles)
     assert difference.magnitude().max() < 1e-12
+
+
+def test_angles_of_single_precision_are_composed_in_double():
+    angles = np.random.default_rng(0).uniform(-3, 3, (50, 3)).astype(np.float32)
+    single, double = (from_angles("ZXY", one).as_quat() for one in (angles, angles.astype(float)))
+    np.testing.assert_array_equal(single, double)

@@ -108,3 +108,22 @@ def test_an_angle_that_is_missing_leaves_no_orientation(missing):
     known = np.zeros((3, 3))
     known[1, missing] = np.nan
     assert np.isnan(orientation_from_angles(known)).all(axis=1).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("function", "shapes"),
+    [
+        (axis_rates, [(9, 3)]),
+        (gyroscope_xyz, [(9, 3)]),
+        (angles_from_orientation, [(9, 4)]),
+        (orientation_from_angles, [(9, 3)]),
+        (tilt_from_specific_force, [(9, 3)]),
+        (coupled_rates, [(9, 3), (9, 3)]),
+    ],
+)
+def test_samples_of_single_precision_are_computed_in_double(function, shapes):
+    rng = np.random.default_rng(0)
+    values = [rng.normal(size=shape).astype(np.float32) for shape in shapes]
+    found = function(*values)
+    assert found.dtype == np.float64
+    np.testing.assert_array_equal(found, function(*(one.astype(float) for one in values)))
