@@ -75,8 +75,7 @@ class ClockConversion:
         ndarray of int, shape (N,)
             Indices of `clock_s`.
         """
-        ticks = np.round((self._time_s - self.clock_s[0]) * self.sampling_rate_hz).astype(int)
-        return np.clip(ticks, 0, len(self.clock_s) - 1)
+        return np.round((self._time_s - self.clock_s[0]) * self.sampling_rate_hz).astype(int)
 
     def to_samples(self, values: FloatArray, there: BoolArray) -> FloatArray:
         """Resample values on the uniform clock at the sampling times.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from narx.errors import RecordingError
+from narx.errors import RecordingError, UserError
 from narx.inference.bias import check_known_start, remove_static_bias
 from narx.recordings.trial import ImuRecording
 
@@ -109,3 +109,40 @@ def test_a_known_start_rests_from_its_first_sample_on():
     rate[:9] = np.nan
     with pytest.raises(RecordingError, match="turns by"):
         check_known_start(one.time_s, rate, "x")
+
+
+def test_a_known_start_may_tremble_but_not_turn_about_any_axis():
+    one = recording(0.0, 0.0)
+    rate = one.gyroscope_rad_s.copy()
+    rate[:, 0] = np.radians(40.0) * np.where(np.arange(len(rate)) % 2, 1.0, -1.0)
+    rate[:22] -= rate[:22].mean(axis=0)
+    check_known_start(one.time_s, rate, "x")
+    # together 26 deg/s
+    with pytest.raises(RecordingError, match="turns by 26 deg/s"):
+        check_known_start(one.time_s, np.full_like(rate, np.radians(15.0)), "x")
+
+
+def test_the_begin_of_a_known_start_is_missing_whatever_is_missing_later():
+    """A pause of 200 s makes the mean interval 0.08 s; and one axis is as bad as all."""
+    one = recording(0.0, 0.0)
+    time_s = one.time_s + np.where(np.arange(len(one.time_s)) > 1500, 200.0, 0.0)
+    rate = one.gyroscope_rad_s.copy()
+    rate[:12, 1] = np.nan
+    with pytest.raises(RecordingError, match=r"first 0\.12 s are missing"):
+        check_known_start(time_s, rate, "x")
+
+
+def test_a_given_bias_is_limited_as_a_vector():
+    given = np.radians([7.0, 0.0, 7.0])
+    bias, note = remove_static_bias(recording(0.0, 0.0), True, None, "x", given)
+    np.testing.assert_array_equal(bias, given)
+    assert note == "static bias [7.0, 0.0, 7.0] deg/s from bias_rad_s removed"
+    with pytest.raises(UserError, match="together below"):
+        remove_static_bias(recording(0.0, 0.0), True, None, "x", np.radians([8.0, 0.0, 8.0]))
+
+
+def test_missing_samples_of_a_part_declared_still_do_not_count():
+    one = recording(2.0, 0.0)
+    one.gyroscope_rad_s[300:350, 0] = np.nan
+    bias, _ = remove_static_bias(one, True, (2.0, 5.0), "x")
+    assert np.degrees(bias) == pytest.approx([0.0, 2.0, 0.0], abs=1e-9)

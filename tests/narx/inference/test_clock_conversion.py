@@ -86,3 +86,25 @@ def test_an_unobserved_column_does_not_affect_the_others():
     assert np.isnan(back[:, 1]).all()
     unknown = np.full_like(values, np.nan)
     assert np.isnan(conversion.to_samples(unknown, np.ones(200, dtype=bool))).all()
+
+
+@pytest.mark.parametrize(("n_ticks", "order"), [(1, None), (2, 1), (3, 1), (4, 3), (5, 3)])
+def test_a_few_ticks_between_gaps_are_joined_by_a_line_or_a_cubic(n_ticks, order):
+    time = np.arange(100) / 100.0
+    time[51] += 0.003
+    conversion = ClockConversion(time, 0.05, "x")
+    values = np.full((100, 1), np.nan)
+    values[50 : 50 + n_ticks, 0] = (conversion.clock_s[50 : 50 + n_ticks] - 0.45) ** (order or 1)
+    found = conversion.to_samples(values, np.ones(100, dtype=bool))[51, 0]
+    expected = np.nan if order is None else (time[51] - 0.45) ** order
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_a_sample_further_than_a_tick_from_the_known_ones_is_missing():
+    time = np.arange(100) / 100.0
+    time[[51, 52, 53]] = 0.513, 0.515, 0.524
+    conversion = ClockConversion(time, 0.05, "x")
+    values = np.arange(100.0)[:, None]
+    values[50:53] = np.nan
+    found = conversion.to_samples(values, np.ones(100, dtype=bool))[:, 0]
+    np.testing.assert_allclose(found[51:54], [np.nan, np.nan, 52.4], rtol=1e-9)

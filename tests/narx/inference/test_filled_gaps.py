@@ -53,3 +53,12 @@ def test_a_prediction_is_less_certain_after_a_filled_gap():
     added_deg = np.degrees(np.sqrt(doubtful[4041] ** 2 - certain[4041] ** 2))
     assert (added_deg >= np.array([4.5, 3.0, 30.0])).all()
     np.testing.assert_allclose(doubtful[:3900], certain[:3900], rtol=1e-2)
+
+
+def test_it_is_that_of_the_time_since_the_gap_began_on_any_clock():
+    rates = np.ones((len(TIME_S), 3))
+    rates[(TIME_S > 20.0 + 1e-6) & (TIME_S < 20.4 - 1e-6)] = np.nan
+    clock_s = np.array([20.13, 20.33, 20.4 + 7.0, 20.4 + 35.0])
+    found = np.degrees(filled_gap_std_rad(TIME_S, rates, clock_s, 1.1))[:, 0]
+    expected = 12.0 * np.array([0.13, 0.33, 0.4 * np.exp(-1.0), 0.4 * np.exp(-5.0)])
+    np.testing.assert_allclose(found, expected)

@@ -144,3 +144,18 @@ def test_a_gap_that_cannot_be_filled_is_told_from_one_that_is_too_long():
     one = ImuRecording("leg_right", time_s, rates, np.full_like(rates, np.nan))
     (note,) = gap_notes(one, 1.1)
     assert note.startswith("1 gap in a recording too short to fill them")
+
+
+def test_a_few_samples_do_not_hide_that_thigh_and_shank_are_exchanged():
+    shank = np.sin(np.arange(1000) / 10.0) + 0.5
+    thigh, knee = 1.2 * shank, _knee(-26.0, 10.0)
+    shank[500], knee[500:505] = 3.0, np.radians(120.0)
+    assert exchanged_note(thigh, shank, knee)
+
+
+def test_the_longest_of_the_interpolated_gaps_is_told():
+    time_s = np.arange(0.0, 60.0, 0.01)
+    rates = np.cos(2.0 * np.pi * time_s[:, None]) * np.ones(3)
+    rates[1000:1003] = rates[2000:2006] = rates[3000] = np.nan
+    one = ImuRecording("leg_right", time_s, rates, np.full_like(rates, np.nan))
+    assert gap_notes(one, 1.1) == ["3 gaps of up to 0.07 s interpolated"]

@@ -142,3 +142,37 @@ def test_a_periodic_rate_has_a_periodicity_of_one(n_strides):
     stride = np.zeros(50)
     stride[[0, 1, 24, 49]] = [3.0, -2.0, 1.0, 5.0]
     assert _periodicity(np.tile(stride, n_strides), 50.0) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_walk_of_eight_seconds_amid_rest_is_judged():
+    """At 27 deg/s: of a mean over 2 s, more than 25 deg/s over 6.5 s of it."""
+    swing = _swing_about_x(400)
+    swing *= np.radians(27.0) / np.sqrt((swing**2).sum(axis=1).mean())
+    rest = np.zeros((500, 3))
+    (note,) = _note(np.vstack([rest, swing, rest]), is_assumed=False)
+    assert "the leg swings about" in note
+
+
+def test_the_shortest_stride_lasts_six_tenths_of_a_second():
+    pulse = np.zeros(35)
+    pulse[:3] = [1.0, 2.0, 1.0]
+    assert _periodicity(np.tile(pulse, 2), 50.0) == pytest.approx(1.0, abs=1e-9)
+    # correlated over 0.5 s and no longer
+    slow = np.convolve(np.random.default_rng(0).normal(size=4000), np.ones(25), "valid")
+    assert _periodicity(slow, 50.0) < 0.2
+
+
+@pytest.mark.parametrize("largest", [0, 2])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_axis_of_unknown_direction_is_told_by_its_largest_part(largest, sign):
+    axis = np.full(3, -0.2)
+    axis[largest] = 1.0
+    swing = np.sin(2.0 * np.pi * 0.9 * np.arange(2000) / 50.0)
+    (note,) = _note(2.0 * np.outer(swing, sign * axis), is_assumed=False)
+    told = [float(one) for one in re.search(r"about \((.*)\), expected", note)[1].split(", ")]
+    assert told == pytest.approx(axis / np.linalg.norm(axis), abs=0.01)
+
+
+def test_a_swing_that_is_as_fast_forward_as_backward_is_not_reversed():
+    swing = np.sin(2.0 * np.pi * 0.9 * np.arange(2000) / 50.0)
+    assert _note(2.0 * np.outer(swing, [0.0, 1.0, 0.0])) == []

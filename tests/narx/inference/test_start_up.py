@@ -1,10 +1,14 @@
 """The start-up against an exact integration of rotations."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 from scipy.spatial.transform import Rotation
 
 from narx.inference.start_up import StartUp
+from narx.inference.washout import WASHOUT_S
 from narx.kernels.start_up import MOVING_S
 from narx.kinematics.segment_angles import (
     angles_from_orientation,
@@ -143,3 +147,22 @@ def test_in_pieces_as_in_one_go(known):
 def test_no_start_up_takes_no_sample():
     start_up = StartUp(duration_s=0.0)
     assert not len(start_up.run(np.ones((5, 3)), 0.01, start_up.begin(None)))
+
+
+def test_an_unknown_start_is_forgotten_by_the_gain_of_a_growing_memory():
+    """angle' = -(l + g / (t + s)) angle: exp(-l (t - t0)) ((t0 + s) / (t + s))^g is left."""
+    start_up = StartUp(duration_s=60.0, leak_rad_s=0.3, settling_gain=1.5, settling_s=0.7)
+    second = round(RATE_HZ)
+    rates = np.zeros((6 * second, 3))
+    rates[: second // 2] = [0.5, -0.3, 0.2]
+    estimate = start_up.run(rates, 1 / RATE_HZ, start_up.begin(None), coupled=False)
+    left = np.exp(-0.3 * 4.0) * ((1.0 + 0.7) / (5.0 + 0.7)) ** 1.5
+    np.testing.assert_allclose(estimate[5 * second - 1] / estimate[second - 1], left, rtol=5e-3)
+
+
+def test_the_default_is_that_of_the_default_model():
+    files = Path(__file__).parents[3] / "configs" / "model"
+    written = yaml.safe_load((files / "coupled.yaml").read_text())
+    del written["start_up"]["_target_"]
+    assert vars(StartUp()) == written["start_up"]
+    assert written["washout_s"] == WASHOUT_S

@@ -506,6 +506,9 @@ def test_a_checkpoint_keeps_its_tracker(tmp_path):
     [
         ({"forward_sd_m_s": 1e300}, r"forward_sd_m_s is 1e\+300, .* above zero \(1e-9 to 1e6\)"),
         ({"idle_s": 0.0}, r"tracker\.idle_s is 0\.0, expected a number above zero"),
+        ({"idle_s": 0.9e-9}, r"tracker\.idle_s is 9e-10, .* above zero \(1e-9 to 1e6\)"),
+        ({"idle_s": 1.1e6}, r"tracker\.idle_s is 1100000\.0, .* above zero \(1e-9 to 1e6\)"),
+        ({"idle_s": True}, r"tracker\.idle_s is True, expected a number above zero"),
         ({"bias_sd_deg_s": "much"}, r"tracker\.bias_sd_deg_s is 'much'"),
         ({"speed_m_s": float("nan")}, r"tracker\.speed_m_s is nan"),
         ({"swing_sd_deg": (1.0, 2.0)}, r"tracker\.swing_sd_deg .* three numbers above zero"),
@@ -516,3 +519,7 @@ def test_a_checkpoint_keeps_its_tracker(tmp_path):
 def test_nonsense_is_refused(parameters, message):
     with pytest.raises(UserError, match=message):
         PostureTracker(**parameters)
+
+
+def test_the_limits_of_a_parameter_are_allowed():
+    assert PostureTracker(idle_s=1e-9, swing_sd_deg=(1e6, 1e-9, 1.0)).idle_s == 1e-9

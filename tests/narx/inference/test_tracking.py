@@ -1,25 +1,33 @@
 """Forward and backward pass of a tracker: reversal of time, and the average of both."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import torch
+import yaml
 
 from narx.inference.tracker import LinearRecursion, PostureTracker, leak_rad_s
 from narx.inference.tracking import Tracked, Tracking, follow
 from narx.kernels import leg
 from narx.kernels import tracker_layout as kernel
+from narx.network.model import Narx
+from narx.network.normalisation import Normalisation
 
 
 class _Passes:
-    """A tracking with a given output of each pass."""
+    """A tracking with a given output of each pass, which keeps what it is given."""
 
     def __init__(self, output, back=None):
         self._output, self._back = output, back
 
     def follow(self, rates, force):
+        self.given = rates.copy(), force.copy()
         return self._output
 
     def time_reversed(self):
-        return _Passes(self._back.reversed())
+        self.behind = _Passes(self._back.reversed())
+        return self.behind
 
 
 def _output(angle_rad, std_rad, corrected_rad=0.1, n=4):
@@ -41,6 +49,32 @@ def test_of_two_passes_the_larger_corrections_count(corrected):
     passes = _Passes(*(_output(0.0, 1.0, corrected_rad) for corrected_rad in corrected))
     found = follow(passes, np.zeros((4, 3)), aided=False, smoothing=True)
     np.testing.assert_array_equal(found.corrected_rad, np.full((4, 3), 0.3))
+
+
+def test_backwards_in_time_samples_come_in_reversed_order_and_forces_keep_their_sign():
+    samples = np.random.default_rng(0).normal(size=(4, 6))
+    rates, force = samples[:, :3], samples[:, 3:]
+    passes = _Passes(_output(0.0, 1.0), _output(0.0, 1.0))
+    follow(passes, samples, aided=True, smoothing=True)
+    np.testing.assert_array_equal(passes.given, [rates, force])
+    np.testing.assert_array_equal(passes.behind.given, [-rates[::-1], force[::-1]])
+
+
+def test_a_reversed_output_is_reversed_throughout():
+    rng = np.random.default_rng(0)
+    output = Tracked(*rng.normal(size=(2, 5, 3)), rng.normal(size=5), rng.normal(size=(5, 3)),
+                     np.array([True, True, False, False, False]))  # fmt: skip
+    for one, back in zip(output, output.reversed(), strict=True):
+        np.testing.assert_array_equal(back, [one[4 - k] for k in range(5)])
+
+
+def test_the_better_pass_gives_the_standard_deviation_and_the_forward_one_its_growth():
+    for stds in ((1.0, 2.0), (2.0, 1.0)):
+        forward, back = (_output(0.0, std) for std in stds)
+        forward.std_growth[:], back.std_growth[:] = 1.5, 3.0
+        found = follow(_Passes(forward, back), np.zeros((4, 3)), aided=False, smoothing=True)
+        np.testing.assert_array_equal(found.std_rad, 1.0)
+        np.testing.assert_array_equal(found.std_growth, 1.5)
 
 
 def test_backwards_in_time_rates_change_their_sign_and_angles_do_not():
@@ -150,6 +184,23 @@ def test_the_numbers_of_a_tracker_mean_the_same_at_every_rate(rate_hz):
     assert doubt == pytest.approx(kernel.MOST_DOUBT)
     sds = np.degrees(np.sqrt(numbers[kernel.CYCLE_VARIANCE : kernel.CYCLE_VARIANCE + 3]))
     np.testing.assert_allclose(sds, [3.0, 2.0, 4.0])
+    for index, sd_deg in {kernel.START_VARIANCE: 60.0, kernel.KNOWN_ENOUGH: 3.5,
+                          kernel.RETURN_VARIANCE: 5.0, kernel.REOPENED: 10.0}.items():  # fmt: skip
+        assert np.degrees(np.sqrt(numbers[index])) == pytest.approx(sd_deg)
+    assert np.degrees(numbers[kernel.ALIGNMENT]) == pytest.approx(1.7)
+    assert np.degrees(numbers[kernel.SWING_LEAST]) == pytest.approx(2.0)
+    assert (numbers[kernel.PERIOD_SHARE], numbers[kernel.DELAY_S]) == (0.4, 0.02)
+    assert numbers[kernel.SPEED] == 0.9
+
+
+def test_the_default_tracker_is_that_of_the_default_model():
+    files = Path(__file__).parents[3] / "configs" / "model"
+    written = yaml.safe_load((files / "coupled.yaml").read_text())["tracker"]
+    del written["_target_"]
+    default = {key: value for key, value in vars(PostureTracker()).items() if key != "std_scale"}
+    assert {key: list(np.ravel(value)) for key, value in default.items()} == {
+        key: list(np.ravel(value)) for key, value in written.items()
+    }
 
 
 def test_the_leak_of_a_recursion_is_its_rate_over_its_steady_angle():
@@ -157,3 +208,18 @@ def test_the_leak_of_a_recursion_is_its_rate_over_its_steady_angle():
     assert leak_rad_s(LinearRecursion(50.0, (0.01, 0.01), (0.98, 0.0))) == pytest.approx(1.0)
     assert leak_rad_s(LinearRecursion(50.0, (0.004, 0.004), (1.1, -0.14))) == pytest.approx(5.0)
     assert leak_rad_s(LinearRecursion(50.0, (0.01, 0.01), (1.01, 0.0))) == 0.0
+
+
+def test_the_leak_of_a_network_counts_all_its_rates_and_angles():
+    """p = 0.5 (0.03 u + 0.01 u' + 1.1 p' / 0.5 - 0.14 p'' / 0.5) of a rate of 3 u rad/s.
+
+    A constant u ends at p = 0.5 u, a sixth of the rate.
+    """
+    model = Narx(50.0, Normalisation(3.0, 0.5, 0.0, 0.0))
+    structure, slopes = model.structure, np.array([0.1, 0.2, 0.3])
+    weights = np.zeros(structure.n_weights)
+    weights[structure.w1] = np.outer(slopes, [0.03, 0.01, 1.1, -0.14]).ravel()
+    weights[structure.w2] = 1.0 / (3.0 * slopes)
+    with torch.no_grad():
+        model.weights.copy_(torch.from_numpy(weights))
+    assert leak_rad_s(model) == pytest.approx(6.0)
