@@ -234,9 +234,7 @@ def coupled_rates(axis_rates_rad_s: ArrayLike, angles_rad: ArrayLike) -> FloatAr
     From ``R = Rz(psi) Rx(phi) Ry(theta)``; integrating each gyroscope axis independently neglects
     these terms, so that a turn of a tilted segment appears as flexion.
     """
-    sagittal_rate, frontal_rate, transverse_rate = np.moveaxis(
-        np.asarray(axis_rates_rad_s, dtype=float), -1, 0
-    )
+    sagittal_rate, frontal_rate, transverse_rate = np.moveaxis(np.asarray(axis_rates_rad_s), -1, 0)
     sagittal, frontal, _ = np.moveaxis(np.asarray(angles_rad, dtype=float), -1, 0)
     heading_rate = (transverse_rate * np.cos(sagittal) - frontal_rate * np.sin(sagittal)) / np.cos(
         frontal
