@@ -58,8 +58,8 @@ def grood_suntay(proximal_wxyz: ArrayLike, distal_wxyz: ArrayLike) -> FloatArray
     the sum (or difference) of flexion and rotation is defined. The rotation is then reported as
     zero and flexion takes the whole sum, so that the three angles still compose to the orientation.
     """
-    proximal = np.atleast_2d(proximal_wxyz)
-    distal = np.atleast_2d(distal_wxyz)
+    proximal = np.atleast_2d(np.asarray(proximal_wxyz, dtype=float))
+    distal = np.atleast_2d(np.asarray(distal_wxyz, dtype=float))
     if proximal.shape != distal.shape or proximal.shape[1:] != (4,):
         raise ValueError(
             f"orientations have shapes {proximal.shape} and {distal.shape}, expected twice (N, 4)"
@@ -85,8 +85,7 @@ def _from_frames(proximal: FloatArray, distal: FloatArray) -> FloatArray:
     floating = np.cross(e1, e3)
     sine = np.linalg.norm(floating, axis=1)
     locked = sine < _GIMBAL_LOCK
-    # of any length: only its direction counts
-    e2 = np.where(locked[:, None], distal_x, floating)
+    e2 = np.where(locked[:, None], distal_x, floating / np.where(locked, 1.0, sine)[:, None])
     flexion = np.arctan2(-dot(e2, proximal_z), dot(e2, proximal_x))
     # from both sine and cosine, because arcsin alone loses half the digits near 90 degrees
     abduction = np.arctan2(dot(e1, e3), sine)
@@ -137,10 +136,10 @@ def orientation_from_joint_angles(
     ndarray, shape (N, 4)
         Quaternions w, x, y, z of the (mirrored) distal segment; NaN where anything is missing.
     """
-    angles = np.atleast_2d(angles_rad)
+    angles = np.atleast_2d(np.asarray(angles_rad, dtype=float))
     proximal = np.tile([1.0, 0.0, 0.0, 0.0], (len(angles), 1))
     if proximal_wxyz is not None:
-        proximal = np.atleast_2d(proximal_wxyz)
+        proximal = np.atleast_2d(np.asarray(proximal_wxyz, dtype=float))
     quaternion = np.full((len(angles), 4), np.nan)
     there = finite_rows(angles) & finite_rows(proximal)
     if there.any():

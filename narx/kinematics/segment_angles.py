@@ -54,7 +54,7 @@ def mirror_vector(vector: ArrayLike) -> FloatArray:
     ndarray, shape (..., 3)
         The same with y negated.
     """
-    return np.multiply(vector, _MIRROR_VECTOR)
+    return np.asarray(vector, dtype=float) * _MIRROR_VECTOR
 
 
 def mirror_angular_rate(rate: ArrayLike) -> FloatArray:
@@ -70,7 +70,7 @@ def mirror_angular_rate(rate: ArrayLike) -> FloatArray:
     ndarray, shape (..., 3)
         The same with x and z negated.
     """
-    return np.multiply(rate, _MIRROR_PSEUDOVECTOR)
+    return np.asarray(rate, dtype=float) * _MIRROR_PSEUDOVECTOR
 
 
 def mirror_quaternion(quaternion_wxyz: ArrayLike) -> FloatArray:
@@ -86,7 +86,7 @@ def mirror_quaternion(quaternion_wxyz: ArrayLike) -> FloatArray:
     ndarray, shape (..., 4)
         Quaternions of ``M R M`` with ``M = diag(1, -1, 1)``.
     """
-    return np.multiply(quaternion_wxyz, _MIRROR_QUATERNION_WXYZ)
+    return np.asarray(quaternion_wxyz, dtype=float) * _MIRROR_QUATERNION_WXYZ
 
 
 def axis_rates(rate_xyz: ArrayLike) -> FloatArray:
@@ -158,7 +158,7 @@ def angles_from_orientation(quaternion_wxyz: ArrayLike) -> FloatArray:
         Angles in rad in the order of `AXES`; transverse is unwrapped over the valid samples,
         because a walker may turn more than once. Missing rows are NaN.
     """
-    quaternion = np.atleast_2d(quaternion_wxyz)
+    quaternion = np.atleast_2d(np.asarray(quaternion_wxyz, dtype=float))
     angles = np.full((len(quaternion), 3), np.nan)
     there = finite_rows(quaternion)
     if there.any():
@@ -234,7 +234,9 @@ def coupled_rates(axis_rates_rad_s: ArrayLike, angles_rad: ArrayLike) -> FloatAr
     From ``R = Rz(psi) Rx(phi) Ry(theta)``; integrating each gyroscope axis independently neglects
     these terms, so that a turn of a tilted segment appears as flexion.
     """
-    sagittal_rate, frontal_rate, transverse_rate = np.moveaxis(np.asarray(axis_rates_rad_s), -1, 0)
+    sagittal_rate, frontal_rate, transverse_rate = np.moveaxis(
+        np.asarray(axis_rates_rad_s, dtype=float), -1, 0
+    )
     sagittal, frontal, _ = np.moveaxis(np.asarray(angles_rad, dtype=float), -1, 0)
     heading_rate = (transverse_rate * np.cos(sagittal) - frontal_rate * np.sin(sagittal)) / np.cos(
         frontal
