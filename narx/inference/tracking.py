@@ -115,6 +115,7 @@ class Tracking:
         self.past = np.zeros((3, output_lags))
         if initial_angles_rad is not None:
             self.x[:3] = initial_angles_rad
+            self.past[:] = np.asarray(initial_angles_rad)[:, None]
 
     @property
     def packed(self) -> FloatArray:

@@ -47,6 +47,16 @@ def test_equals_a_plain_recurrence(structure, tanh, n_sequences):
         np.testing.assert_allclose(final[i], expected_final, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize("n_rows", [1, 2, 3])
+def test_each_row_of_weights_is_of_one_sequence(n_rows):
+    _, inputs, state = problem(DEFAULT, n_rows, 100)
+    rows = torch.stack([problem(DEFAULT, 1, 1, seed=k)[0] for k in range(n_rows)])
+    outputs, _ = closed_loop(rows, inputs, state, structure=DEFAULT)
+    for k in range(n_rows):
+        alone, _ = closed_loop(rows[k], inputs[k : k + 1], state[k : k + 1], structure=DEFAULT)
+        np.testing.assert_allclose(outputs[k], alone[0], rtol=0, atol=1e-12)
+
+
 def nearly_an_integrator(n=20000):
     """Weights with a pole at 0.999, so that errors of the activation accumulate."""
     weights = torch.zeros(DEFAULT.n_weights, dtype=torch.float64)
