@@ -10,7 +10,10 @@ from narx.recordings.input_file import is_bundle
 
 FIELDS = ("subject", "condition", "trial", "segment")
 _FIELD = re.compile(r"\{(\w*)\}|(\*\*/?|\*|\?)")
-_REPEATED = re.compile(r"(\{any\}|\*\*/)\1+")
+# what matches more last; two side by side match what the last of them does
+_WIDTHS = ("[^/]*?", "[^/]*", ".*")
+_FOLDERS = "(?:.*/)?"
+_WILDCARDS = {"{any}": _WIDTHS[0], "*": _WIDTHS[1], "**": _WIDTHS[2], "**/": _FOLDERS}
 # the time to find that a path does not match grows with the power of their number
 _MAX_WILDCARDS = 8
 
@@ -43,26 +46,17 @@ class FilePattern:
         self._expression = re.compile(self._translated(pattern), re.IGNORECASE)
 
     def _translated(self, pattern: str) -> str:
-        parts, end, used = [], 0, set()
-        # two at once match what one does
-        pattern = _REPEATED.sub(r"\1", pattern)
-        fields = list(_FIELD.finditer(pattern))
-        if (
-            sum(found[1] == "any" or found[2] not in (None, "?") for found in fields)
-            > _MAX_WILDCARDS
-        ):
-            raise UserError(
-                f"{self._where} is '{pattern}', expected at most {_MAX_WILDCARDS} of {{any}}, * "
-                "and **"
-            )
-        for found in fields:
-            parts.append(re.escape(pattern[end : found.start()]))
+        parts: list[str] = []
+        end, used = 0, set()
+        for found in _FIELD.finditer(pattern):
+            literal = re.escape(pattern[end : found.start()])
+            parts += [literal] if literal else []
             end = found.end()
-            field, wild = found[1], found[2]
-            if wild is not None:
-                parts.append({"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}[wild])
-            elif field == "any":
-                parts.append("[^/]*?")
+            field = found[1]
+            if found[0] in _WILDCARDS:
+                _append_wildcard(parts, _WILDCARDS[found[0]])
+            elif found[0] == "?":
+                parts.append("[^/]")
             elif field not in FIELDS:
                 known = ", ".join(f"{{{name}}}" for name in (*FIELDS, "any"))
                 raise UserError(
@@ -74,6 +68,11 @@ class FilePattern:
                 used.add(field)
                 value = self._segment_expression() if field == "segment" else "[^/]+?"
                 parts.append(f"(?P<{field}>{value})")
+        if sum(part in _WILDCARDS.values() for part in parts) > _MAX_WILDCARDS:
+            raise UserError(
+                f"{self._where} is '{pattern}', expected at most {_MAX_WILDCARDS} of {{any}}, * "
+                "and **"
+            )
         return "".join([*parts, re.escape(pattern[end:])])
 
     def _segment_expression(self) -> str:
@@ -104,6 +103,15 @@ class FilePattern:
             name = found["segment"]
             found["segment"] = self._segments.get(name.lower()) or segment_of(name)
         return found
+
+
+def _append_wildcard(parts: list[str], wildcard: str) -> None:
+    """Add the expression of a wildcard, merged with one directly before it."""
+    before = parts[-1] if parts else ""
+    if before in _WIDTHS and wildcard in _WIDTHS:
+        parts[-1] = max(before, wildcard, key=_WIDTHS.index)
+    elif before != _FOLDERS or wildcard != _FOLDERS:
+        parts.append(wildcard)
 
 
 def files_below(folder: Path, left_out: Collection[str] = ()) -> list[str]:

@@ -252,6 +252,18 @@ def test_wildcards_that_follow_each_other_are_one():
     pattern = FilePattern("**/" * 30 + "{any}" * 30 + "x.csv", {}, "files")
     assert pattern.fields("a/b/" + "z" * 200) is None
     assert pattern.fields("a/b/zx.csv") == {}
+    mixed = FilePattern("{any}*" * 30 + "/" + "*{any}**" * 30 + "x.csv", {}, "files")
+    assert mixed.fields("b/" + "z" * 200) is None
+    assert mixed.fields("b/c/zx.csv") == {}
+
+
+@pytest.mark.parametrize(
+    ("pattern", "subject"),
+    [("{any}{subject}.csv", "abc"), ("*{subject}.csv", "c"), ("{any}*{subject}.csv", "c"),
+     ("*{any}{subject}.csv", "c"), ("**/{any}**{subject}.csv", "c")],
+)  # fmt: skip
+def test_merged_wildcards_leave_to_a_field_what_they_left_alone(pattern, subject):
+    assert FilePattern(pattern, {}, "files").fields("abc.csv") == {"subject": subject}
 
 
 def test_names_of_sensors_in_a_pattern():
