@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import ChoiceSweep, Override, RangeSweep
+from hydra.core.override_parser.types import Override, RangeSweep
 from hydra.core.utils import JobReturn, JobStatus
 from hydra.experimental.callback import Callback
 from hydra.types import RunMode
@@ -33,12 +34,14 @@ def _wrong_number_of_jobs(overrides: Sequence[Override]) -> str | None:
     n_jobs = 1.0
     for override in overrides:
         value, n_values = override.value(), 1.0
-        if isinstance(value, RangeSweep):
+        if isinstance(value, RangeSweep):  # not listed, since it may have no end
             begin, end, step = (float(v) for v in (value.start, value.stop, value.step))  # type: ignore[arg-type]
             n_values = math.ceil((end - begin) / step) if step else math.inf
+        elif override.is_discrete_sweep():
+            n_values = len(list(override.sweep_iterator()))
         if n_values <= 0:
             return f"{override.input_line}: no value to run with"
-        n_jobs *= len(value.list) if isinstance(value, ChoiceSweep) else n_values
+        n_jobs *= n_values
         if n_jobs > _MAX_JOBS:
             return f"{override.input_line}: makes {n_jobs:g} jobs, expected at most {_MAX_JOBS}"
     return None
@@ -76,7 +79,9 @@ class SweepReport(Callback):
         self._failures = sweep / ".failures" / uuid.uuid4().hex
         self._begun_s = time.time()
         SweepReport.current = self
-        overrides = OverridesParser.create().parse_overrides(list(config.hydra.overrides.task))
+        # which knows the files that a glob stands for
+        parser = OverridesParser.create(GlobalHydra.instance().config_loader())
+        overrides = parser.parse_overrides(list(config.hydra.overrides.task))
         if "study_name" not in config.hydra.sweeper:  # Optuna draws from the ranges
             problem = _wrong_number_of_jobs(overrides)
             if problem:  # Hydra turns exceptions of its callbacks into warnings

@@ -106,6 +106,8 @@ def test_every_batch_runs(launch):
          "optimizer.cost_deg2=range(9,0,-0.1): makes 180000 jobs"),
         (["seed=range(0,5,0)"], "seed=range(0,5,0): makes inf jobs"),
         (["seed=range(5,5)"], "seed=range(5,5): no value to run with"),
+        (["seed=glob(*)"], "seed=glob(*): no value to run with"),
+        (["optimizer=glob(x*)"], "optimizer=glob(x*): no value to run with"),
     ],
 )  # fmt: skip
 def test_a_sweep_of_no_or_countless_jobs_does_not_begin(launch, values, problem):
