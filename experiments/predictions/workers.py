@@ -1,6 +1,7 @@
 """Run jobs in this process, in several processes, or on a Dask cluster."""
 
 import contextlib
+import logging
 import math
 import multiprocessing
 import os
@@ -8,7 +9,7 @@ import signal
 import sys
 import time
 from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
@@ -90,6 +91,8 @@ def _on_cluster(jobs: Sequence[Job], scheduler: str) -> Iterator[Outcome]:
         raise UserError(
             f"scheduler is '{scheduler}', which needs Dask: pip install 'narx-orientation[cluster]'"
         ) from None
+    # prints a traceback when the scheduler goes away, which is one line here
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         client = distributed.Client(scheduler, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:
@@ -103,10 +106,13 @@ def _on_cluster(jobs: Sequence[Job], scheduler: str) -> Iterator[Outcome]:
             while not running.is_empty():
                 _await_result(client, running, scheduler)
                 yield next(running).result()
-        except distributed.KilledWorker as error:
+        except (distributed.KilledWorker, CancelledError) as error:
+            lost = (
+                "its workers" if isinstance(error, distributed.KilledWorker) else "the connection"
+            )
             reason = " ".join(str(error).split())[:160]
             raise UserError(
-                f"scheduler: '{scheduler}' lost its workers ({reason}); the same command goes on "
+                f"scheduler: '{scheduler}' lost {lost} ({reason}); the same command goes on "
                 "with the recordings that are not finished"
             ) from None
 
@@ -123,7 +129,7 @@ def _await_result(client: Any, running: Any, scheduler: str) -> None:
         if now - looked < _LOOK_S:
             continue
         looked = now
-        if client.nthreads():
+        if _has_workers(client):
             with_workers = now
         elif now - with_workers >= _PATIENCE_S:
             tqdm.write(
@@ -132,6 +138,13 @@ def _await_result(client: Any, running: Any, scheduler: str) -> None:
                 file=sys.stderr,
             )
             with_workers = math.inf
+
+
+def _has_workers(client: Any) -> bool:
+    try:
+        return bool(client.nthreads())
+    except OSError:  # the scheduler is gone, which cancels the results
+        return False
 
 
 def _run(job: Job) -> Outcome:

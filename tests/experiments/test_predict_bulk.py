@@ -174,6 +174,29 @@ def test_a_cluster_without_workers_is_waited_for_and_this_is_said(run_command, f
     assert len(list((folder / "out").rglob("*_angles.csv"))) == 3
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_scheduler_that_goes_away_is_one_line(run_command, folder):
+    dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
+    # how long the client tries to connect again
+    with (
+        dask.config.set({"distributed.comm.timeouts.connect": "1s"}),
+        distributed.LocalCluster(
+            n_workers=0, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+    ):
+        closing = threading.Timer(3.0, cluster.close)
+        closing.start()
+        status, _, err, _ = run_command(
+            "predict", "input=in", "output=out", f"scheduler={cluster.scheduler_address}"
+        )
+        closing.join()
+    assert status == 2
+    assert f"error: scheduler: '{cluster.scheduler_address}' lost the connection (" in err
+    assert "Traceback" not in err
+    assert not list((folder / "out").rglob("*_angles.csv"))
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_a_scheduler_that_is_not_there_is_one_line(run_command, folder, monkeypatch):
     pytest.importorskip("distributed")
