@@ -205,6 +205,7 @@ def _phone_set(data: bytes, folder: Path) -> str | None:
 @functools.cache
 def _runs(folder: Path) -> Path:
     make_run = beside("experiments/compare/test_compare.py").make_run
+    shutil.rmtree(folder, ignore_errors=True)  # of fuzzing in this folder before
     for seed in (0, 1):
         make_run(folder / str(seed), 3, seed, 1.5 + seed)
     return folder
