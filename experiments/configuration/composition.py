@@ -59,7 +59,8 @@ def composition_mistake(error: BaseException, command: str, overrides: Sequence[
         return f"{option[1]} is '{option[2]}', expected one of {files}"
     if not text:  # an assertion on Hydra's own settings
         own = [override for override in overrides if override.startswith("hydra")]
-        return f"Hydra refuses one of its settings: {_beginning(', '.join(own))}"
+        given = _beginning(", ".join(own or overrides))
+        return f"Hydra refuses one of its settings: {given or type(error).__name__}"
     return _one_line(text.partition("Config search path")[0])
 
 

@@ -41,3 +41,5 @@ def test_one_line_states_what_is_expected(override, line):
 def test_an_assertion_of_hydra_names_its_settings():
     said = composition_mistake(AssertionError(), "train", ["seed=1", "hydra.verbose=7"])
     assert said == "Hydra refuses one of its settings: hydra.verbose=7"
+    said = composition_mistake(AssertionError(), "train", [])
+    assert said == "Hydra refuses one of its settings: AssertionError"
